@@ -149,12 +149,12 @@ int main() {
               "baseline", "avx2", "avx512", "scalar");
   for (const bool held : {false, true}) {
     ehsid::for_each_policy([&](auto place) {
-      measure<float, ehsid::PolicyAt<place, float, kN>>("float", held);
-      measure<double, ehsid::PolicyAt<place, double, kN>>("double", held);
+      measure<float, ehsid::PolicyAt<place, float>>("float", held);
+      measure<double, ehsid::PolicyAt<place, double>>("double", held);
     });
   }
   ehsid::for_each_policy([&](auto place) {
-    measure_steps<float, ehsid::PolicyAt<place, float, kN>>("float");
-    measure_steps<double, ehsid::PolicyAt<place, double, kN>>("double");
+    measure_steps<float, ehsid::PolicyAt<place, float>>("float");
+    measure_steps<double, ehsid::PolicyAt<place, double>>("double");
   });
 }

@@ -23,24 +23,22 @@ namespace ehsid::bindings {
 /// na and nb of the largest model, and its constant term.
 inline constexpr int kMaxParameters = 2 * kMaxOrder + 1;
 
-/// The values of each setting of a policy: one number, or where a setting may differ between the parameters one for all
-/// or one for each.
-using SettingValues = std::vector<std::vector<double>>;
+/// The value of each setting of a policy.
+using SettingValues = std::vector<double>;
 
 template <class Policy>
 SettingValues default_settings() {
   const Policy defaults;
   SettingValues values;
-  Policy::settings([&](const SettingInfo& /*setting*/, auto member) {
-    each_number(member(defaults), [&](double number) { values.push_back({number}); });
-  });
+  Policy::settings(
+      [&](const SettingInfo& /*setting*/, auto member) { values.push_back(member(defaults)); });
   return values;
 }
 
 /// The policy at a place of `Policies` before precision and number of parameters are known.
 template <std::size_t kPlace>
 struct PolicySettings {
-  using Policy = PolicyAt<kPlace, double, 1>;
+  using Policy = PolicyAt<kPlace, double>;
   SettingValues values = default_settings<Policy>();
 };
 
@@ -58,7 +56,7 @@ struct RlsSettings {
 };
 
 /// Which recursion an estimator runs.
-enum class Method : std::uint8_t { rls, instrumental_variables, output_error, armax };
+enum class Method : std::uint8_t { rls, instrumental_variables };
 
 struct EstimatorSettings {
   int na = 1;
@@ -187,8 +185,8 @@ template <class Scalar>
 std::unique_ptr<AnyRls> make_rls(const RlsSettings& settings);
 template <class Scalar>
 std::unique_ptr<AnyEstimator> make_estimator(const EstimatorSettings& settings);
-/// The same for every method but rls. Throws std::invalid_argument where the policy is neither constant nor exponential.
+/// The same for instrumental variables. Throws std::invalid_argument where the policy is neither constant nor exponential.
 template <class Scalar>
-std::unique_ptr<AnyEstimator> make_gradient_estimator(const EstimatorSettings& settings);
+std::unique_ptr<AnyEstimator> make_instrumental_estimator(const EstimatorSettings& settings);
 
 }  // namespace ehsid::bindings

@@ -118,7 +118,7 @@ template <class Scalar, template <std::size_t> class Pattern>
 std::unique_ptr<AnyBank> make_bank_of(const std::vector<AnyEstimator*>& estimators, bank::Isa isa) {
   std::unique_ptr<AnyBank> made;
   for_each_policy([&](auto place) {
-    using Instance = EstimatorInstance<Scalar, PolicyAt<place, Scalar, kSize>>;
+    using Instance = EstimatorInstance<Scalar, PolicyAt<place, Scalar>>;
     if (dynamic_cast<Instance*>(estimators.front()) != nullptr) {
       made =
           std::make_unique<BankInstance<Instance, typename Pattern<place>::Type>>(estimators, isa);
@@ -135,7 +135,7 @@ template <class Scalar>
 struct ForAnyOrders {
   template <std::size_t kPlace>
   struct Pattern {
-    using Type = typename EstimatorInstance<Scalar, PolicyAt<kPlace, Scalar, kSize>>::Estimator;
+    using Type = typename EstimatorInstance<Scalar, PolicyAt<kPlace, Scalar>>::Estimator;
   };
 };
 

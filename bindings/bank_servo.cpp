@@ -11,7 +11,7 @@ namespace ehsid::bindings {
 
 template <std::size_t kPlace>
 struct ServoPattern {
-  using Type = ArxEstimator<float, 3, 3, 1, PolicyAt<kPlace, float, 6>>;
+  using Type = ArxEstimator<float, 3, 3, 1, PolicyAt<kPlace, float>>;
 };
 
 std::unique_ptr<AnyBank> make_servo_bank(const std::vector<AnyEstimator*>& estimators,

@@ -162,20 +162,19 @@ void bind_gradient_options(py::module_& m) {
   using Gradient = GradientOptions<double>;
   const Gradient gradient;
   py::class_<Gradient>(m, "GradientOptions",
-                       R"(Filters of the methods "riv", "oe" and "armax" of ArxEstimator.
+                       R"(Filters of the method "riv" of ArxEstimator.
 
 Parameters
 ----------
 settling : int in 1..1000000
-    Samples at the start, and after a reset, in which the estimate is least squares on filtered signals; with
-    "armax" extended least squares.
+    Samples at the start, and after a reset, in which the estimate is least squares on filtered signals.
 start_pole : float in [0, 1)
     The filter of these samples is 1 / (1 - start_pole q^-1)^na: near the poles of the plant it takes most of the
-    bias away. Not used by "armax".
+    bias away.
 fading : float in (0, 1)
     The poles of the running filter are `fading` times those of the estimate.
 model_rate : float in (0, 1]
-    Part of the way that the running model follows the estimate in a sample. Not used by "armax".
+    Part of the way that the running model follows the estimate in a sample.
 
 Raises
 ------
@@ -205,19 +204,13 @@ Method to_method(const std::string& name) {
   if (name == "riv") {
     return Method::instrumental_variables;
   }
-  if (name == "oe") {
-    return Method::output_error;
-  }
-  if (name == "armax") {
-    return Method::armax;
-  }
-  throw py::value_error("method is '" + name + "'; expected one of 'rls', 'riv', 'oe' and 'armax'");
+  throw py::value_error("method is '" + name + "'; expected 'rls' or 'riv'");
 }
 
 template <class Scalar>
 std::unique_ptr<AnyEstimator> make_any(const EstimatorSettings& settings) {
   return settings.method == Method::rls ? make_estimator<Scalar>(settings)
-                                        : make_gradient_estimator<Scalar>(settings);
+                                        : make_instrumental_estimator<Scalar>(settings);
 }
 
 }  // namespace
@@ -258,11 +251,10 @@ variance0 : array_like, shape (n,), optional
 input_limit : float > 0, optional
     Largest plausible |scaled signal|; beyond it a sample is refused.
 method : str
-    "rls", least squares, right with white equation noise; "riv", instrumental variables, and "oe", output error,
-    both for a noisy position sensor; "armax" for coloured equation noise. See docs/which_estimator.md. All but
-    "rls" take the policies Constant and Exponential only.
+    "rls", least squares, right with white equation noise; "riv", instrumental variables, for a noisy
+    position sensor, takes the policies Constant and Exponential only. See docs/which_estimator.md.
 gradient : GradientOptions
-    Filters of the methods other than "rls".
+    Filters of the method "riv".
 dtype : float32 or float64
     Precision of the recursion.
 

@@ -14,7 +14,6 @@ struct ShownSetting {
   std::string range;
   std::string meaning;
   double initial;  // the default
-  bool per_parameter;
   int hil_place;
 };
 
@@ -24,7 +23,6 @@ struct ShownPolicy {
   std::string summary;
   std::string source;
   std::uint32_t number;
-  bool takes_size;
   py::tuple settings;
 };
 
@@ -51,17 +49,10 @@ std::vector<ShownSetting> shown_settings() {
   const Policy defaults;
   std::vector<ShownSetting> shown;
   Policy::settings([&](const SettingInfo& setting, auto member) {
-    double initial = 0.0;
-    each_number(member(defaults), [&](double number) { initial = number; });
     shown.push_back({python_name(setting.name), setting.name, setting.unit, in_words(setting.range),
-                     setting.meaning, initial, kPerParameter<decltype(member(defaults))>,
-                     setting.hil_place});
+                     setting.meaning, member(defaults), setting.hil_place});
   });
   return shown;
-}
-
-py::object as_python(const ShownSetting& setting, const std::vector<double>& values) {
-  return setting.per_parameter ? py::cast(values) : py::float_(values[0]);
 }
 
 template <class Policy>
@@ -70,8 +61,7 @@ std::string show(const SettingValues& values) {
   const char* before = "(";
   std::size_t at = 0;
   for (const ShownSetting& setting : shown_settings<Policy>()) {
-    text += before + setting.name + "=" +
-            py::repr(as_python(setting, values[at++])).cast<std::string>();
+    text += before + setting.name + "=" + py::repr(py::float_(values[at++])).cast<std::string>();
     before = ", ";
   }
   return text + ")";
@@ -82,29 +72,11 @@ template <class Policy>
 void check(const SettingValues& values) {
   std::size_t at = 0;
   Policy::settings([&](const SettingInfo& setting, auto /*member*/) {
-    const std::vector<double>& given = values[at++];
-    const std::string name = python_name(setting.name);
-    if (given.empty()) {
-      throw py::value_error(std::string(Policy::kInfo.type) + ": " + name +
-                            " is empty; expected one value, or one a parameter");
-    }
-    for (const double value : given) {
-      if (!setting.range.contains(value)) {
-        throw py::value_error(show<Policy>(values) + ": " + name + " must be finite and " +
-                              in_words(setting.range));
-      }
+    if (!setting.range.contains(values[at++])) {
+      throw py::value_error(show<Policy>(values) + ": " + python_name(setting.name) +
+                            " must be finite and " + in_words(setting.range));
     }
   });
-}
-
-/// What Python may give for a setting.
-template <bool kMany>
-using Given = std::conditional_t<kMany, std::variant<double, std::vector<double>>, double>;
-
-inline std::vector<double> to_values(double value) { return {value}; }
-inline std::vector<double> to_values(std::variant<double, std::vector<double>> value) {
-  const auto* one = std::get_if<double>(&value);
-  return one != nullptr ? std::vector<double>{*one} : std::get<std::vector<double>>(value);
 }
 
 template <class Policy>
@@ -114,24 +86,16 @@ constexpr std::size_t count_settings() {
   return count;
 }
 
-/// Does setting number kAt of the policy have a number for each parameter?
-template <class Policy, std::size_t kAt>
-constexpr bool per_parameter() {
-  std::size_t at = 0;
-  bool array = false;
-  Policy::settings([&](const SettingInfo& /*setting*/, auto member) {
-    using Member = decltype(member(std::declval<Policy&>()));
-    array = at++ == kAt ? kPerParameter<Member> : array;
-  });
-  return array;
-}
+/// A double for each setting.
+template <std::size_t>
+using Given = double;
 
 template <std::size_t kPlace, std::size_t... kSettings>
 void bind_init(py::class_<PolicySettings<kPlace>>& cls, const std::vector<ShownSetting>& settings,
                std::index_sequence<kSettings...> /*settings*/) {
   using Policy = typename PolicySettings<kPlace>::Policy;
-  cls.def(py::init([](Given<per_parameter<Policy, kSettings>()>... given) {
-            PolicySettings<kPlace> made{{to_values(std::move(given))...}};
+  cls.def(py::init([](Given<kSettings>... given) {
+            PolicySettings<kPlace> made{{given...}};
             check<Policy>(made.values);
             return made;
           }),
@@ -142,17 +106,12 @@ void bind_init(py::class_<PolicySettings<kPlace>>& cls, const std::vector<ShownS
 template <std::size_t kPlace>
 bool forgets_the_start(const PolicySettings<kPlace>& settings) {
   using Policy = typename PolicySettings<kPlace>::Policy;
-  if (Policy::kSpreads) {
-    return false;
-  }
   Policy policy;
   std::size_t at = 0;
-  Policy::settings([&](const SettingInfo& /*setting*/, auto member) {
-    const std::vector<double>& values = settings.values[at++];
-    each_number(member(policy), [&](double& number) { number = values[0]; });
-  });
+  Policy::settings(
+      [&](const SettingInfo& /*setting*/, auto member) { member(policy) = settings.values[at++]; });
   policy.restart();
-  return policy.loss(0, 1.0) > 0.0;
+  return policy.loss() > 0.0;
 }
 
 template <std::size_t kPlace>
@@ -163,21 +122,15 @@ py::object bind_policy(py::module_& m) {
   std::string text = std::string("Forgetting policy: ") + Policy::kInfo.summary +
                      ".\n\nSource: " + Policy::kInfo.source + ".\n\nParameters\n----------\n";
   for (const ShownSetting& setting : settings) {
-    text += setting.name + " : float" +
-            (setting.per_parameter ? " or sequence of n floats, each " : " ") + setting.range +
-            "\n    " + setting.meaning + ".\n";
+    text += setting.name + " : float " + setting.range + "\n    " + setting.meaning + ".\n";
   }
   text += "\nRaises\n------\nValueError\n    Where an argument is outside its range.";
 
   py::class_<Settings> cls(m, Policy::kInfo.type, text.c_str());
   bind_init(cls, settings, std::make_index_sequence<count_settings<Policy>()>{});
   for (std::size_t at = 0; at < settings.size(); ++at) {
-    const char* name = settings[at].name.c_str();
-    if (settings[at].per_parameter) {
-      cls.def_property_readonly(name, [at](const Settings& self) { return self.values[at]; });
-    } else {
-      cls.def_property_readonly(name, [at](const Settings& self) { return self.values[at][0]; });
-    }
+    cls.def_property_readonly(settings[at].name.c_str(),
+                              [at](const Settings& self) { return self.values[at]; });
   }
   cls.def_property_readonly("forgets_the_start", &forgets_the_start<kPlace>,
                             "True where the covariance is divided by a factor from the first "
@@ -185,7 +138,7 @@ py::object bind_policy(py::module_& m) {
   cls.def("__repr__", [](const Settings& self) { return show<Policy>(self.values); });
   const py::object shown =
       py::cast(ShownPolicy{Policy::kInfo.id, cls, Policy::kInfo.summary, Policy::kInfo.source,
-                           Policy::kId, takes_size(kPlace), py::tuple(py::cast(settings))});
+                           Policy::kId, py::tuple(py::cast(settings))});
   cls.attr("info") = shown;
   return shown;
 }
@@ -198,8 +151,6 @@ void bind_descriptions(py::module_& m) {
       .def_readonly("range", &ShownSetting::range, "e.g. \"in (0, 1]\"; values are finite.")
       .def_readonly("meaning", &ShownSetting::meaning)
       .def_readonly("default", &ShownSetting::initial)
-      .def_readonly("per_parameter", &ShownSetting::per_parameter,
-                    "True where each parameter of the model may have its own value.")
       .def_readonly("hil_place", &ShownSetting::hil_place,
                     "Which of the numbers of `configure` carries it, docs/hil_protocol.md.")
       .def("__repr__", [](const py::object& self) { return show_properties(self, {"name"}); });
@@ -210,8 +161,6 @@ void bind_descriptions(py::module_& m) {
       .def_readonly("source", &ShownPolicy::source)
       .def_readonly("number", &ShownPolicy::number,
                     "Number in snapshots, from 1 on; one less is its number in the HIL protocol.")
-      .def_readonly("takes_size", &ShownPolicy::takes_size,
-                    "True where its type in C++ has the number of parameters as an argument.")
       .def_readonly("settings", &ShownPolicy::settings, "Tuple of PolicySetting.")
       .def("__repr__", [](const py::object& self) { return show_properties(self, {"id"}); });
 }

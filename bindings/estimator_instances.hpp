@@ -22,34 +22,13 @@ namespace ehsid::bindings {
 /// Each compiled estimator takes any number of parameters up to kMaxParameters.
 inline constexpr int kSize = up_to(kMaxParameters);
 
-/// Takes over the value of a setting.
-template <class Scalar>
-void assign_setting(Scalar& setting, const std::vector<double>& values, int /*n*/,
-                    const char* /*name*/) {
-  setting = static_cast<Scalar>(values[0]);
-}
-template <class Scalar, std::size_t kCapacity>
-void assign_setting(std::array<Scalar, kCapacity>& setting, const std::vector<double>& values,
-                    int n, const char* name) {
-  const auto count = static_cast<std::size_t>(n);
-  if (values.size() != 1 && values.size() != count) {
-    throw std::invalid_argument(std::string(name) + " has " + std::to_string(values.size()) +
-                                " values; expected 1, or one for each of the " + std::to_string(n) +
-                                " parameters");
-  }
-  for (std::size_t i = 0; i < count; ++i) {
-    setting[i] = static_cast<Scalar>(values.size() == 1 ? values[0] : values[i]);
-  }
-}
-
 template <class Scalar, std::size_t kPlace>
-PolicyAt<kPlace, Scalar, kSize> to_policy(const PolicySettings<kPlace>& given, int n) {
-  using Policy = PolicyAt<kPlace, Scalar, kSize>;
+PolicyAt<kPlace, Scalar> to_policy(const PolicySettings<kPlace>& given) {
+  using Policy = PolicyAt<kPlace, Scalar>;
   Policy policy;
   std::size_t at = 0;
-  Policy::settings([&](const SettingInfo& setting, auto member) {
-    const std::string name = std::string(Policy::kInfo.type) + ": " + setting.name;
-    assign_setting(member(policy), given.values[at++], n, name.c_str());
+  Policy::settings([&](const SettingInfo& /*setting*/, auto member) {
+    member(policy) = static_cast<Scalar>(given.values[at++]);
   });
   policy.restart();
   return policy;
@@ -427,7 +406,7 @@ template <class Scalar>
 std::unique_ptr<AnyRls> make_rls(const RlsSettings& settings) {
   return std::visit(
       [&](const auto& forgetting) -> std::unique_ptr<AnyRls> {
-        const auto policy = to_policy<Scalar>(forgetting, settings.n);
+        const auto policy = to_policy<Scalar>(forgetting);
         return std::make_unique<RlsInstance<Scalar, std::decay_t<decltype(policy)>>>(settings,
                                                                                      policy);
       },
@@ -438,7 +417,7 @@ template <class Scalar>
 std::unique_ptr<AnyEstimator> make_estimator(const EstimatorSettings& settings) {
   return std::visit(
       [&](const auto& forgetting) -> std::unique_ptr<AnyEstimator> {
-        const auto policy = to_policy<Scalar>(forgetting, settings.n());
+        const auto policy = to_policy<Scalar>(forgetting);
         return std::make_unique<EstimatorInstance<Scalar, std::decay_t<decltype(policy)>>>(settings,
                                                                                            policy);
       },

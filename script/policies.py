@@ -36,10 +36,8 @@ def c_members() -> str:
             settings[setting.member] = setting
     lines = []
     for name, setting in settings.items():
-        many = "[EHSID_MAX_PARAMETERS]" if setting.per_parameter else ""
-        read = ", the first n are read" if setting.per_parameter else ""
-        values = f"{'each ' if setting.per_parameter else ''}{setting.range.removeprefix('in ')}"
-        lines.append(f"  float {name}{many}; /* {', '.join(owners[name])}: {values}{read} */\n")
+        values = setting.range.removeprefix("in ")
+        lines.append(f"  float {name}; /* {', '.join(owners[name])}: {values} */\n")
     return "".join(lines)
 
 
@@ -54,12 +52,10 @@ def stub_classes() -> str:
         text += f"\nclass {info.policy.__name__}:\n    info: ClassVar[PolicyInfo]\n"
         text += "    def __init__(\n        self,\n"
         for setting in info.settings:
-            kind = "float | Sequence[float]" if setting.per_parameter else "float"
-            text += f"        {setting.name}: {kind} = {setting.default},\n"
+            text += f"        {setting.name}: float = {setting.default},\n"
         text += "    ) -> None: ...\n"
         for setting in info.settings:
-            kind = "list[float]" if setting.per_parameter else "float"
-            text += f"    @property\n    def {setting.name}(self) -> {kind}: ...\n"
+            text += f"    @property\n    def {setting.name}(self) -> float: ...\n"
         text += "    @property\n    def forgets_the_start(self) -> bool: ...\n"
     return text + "\n"
 
@@ -92,11 +88,7 @@ def hil_table() -> str:
     """Returns the table of the policies' numbers and settings in the HIL protocol."""
     rows = []
     for info in POLICIES:
-        places = ", ".join(
-            f"{setting.hil_place} {setting.member}"
-            + (" (one for all parameters)" if setting.per_parameter else "")
-            for setting in info.settings
-        )
+        places = ", ".join(f"{setting.hil_place} {setting.member}" for setting in info.settings)
         rows.append((str(info.number - 1), info.id, places))
     return table(("number", "policy", "place and setting"), *rows)
 

@@ -93,9 +93,9 @@ using nothing = Nothing;
 using ruler = Ruler;
 using as_printed = AsPrinted;
 using grouped = Grouped;
-#define EHSID_FORMS_OF(policy)                                                           \
-  using policy = Recursion<ehsid::PolicyAt<ehsid::place_of_policy(#policy), float, kN>>; \
-  using whole_##policy = Whole<ehsid::PolicyAt<ehsid::place_of_policy(#policy), float, 6>>;
+#define EHSID_FORMS_OF(policy)                                                       \
+  using policy = Recursion<ehsid::PolicyAt<ehsid::place_of_policy(#policy), float>>; \
+  using whole_##policy = Whole<ehsid::PolicyAt<ehsid::place_of_policy(#policy), float>>;
 EHSID_EACH_POLICY(EHSID_FORMS_OF)
 using whole_riv = Settled<ehsid::InstrumentalArxEstimator<float, 3, 3, 1>>;
 using whole_oe = Settled<ehsid::OutputErrorArxEstimator<float, 3, 3, 1>>;

@@ -42,24 +42,11 @@ namespace ehsid::c {
 
 inline constexpr std::uint32_t kMagic = 0x45485343U;  // "EHSC"
 
-/// copy(number, its counterpart), for a setting of one number or of one number for each parameter.
-template <class Number, class Counterpart, class Copy>
-void copy_setting(Number& number, Counterpart& counterpart, Copy copy) {
-  if constexpr (kPerParameter<Number>) {
-    for (std::size_t i = 0; i < number.size(); ++i) {
-      copy(number[i], counterpart[i]);
-    }
-  } else {
-    copy(number, counterpart);
-  }
-}
-
 /// Visits each setting of a policy with the member of ehsid_forgetting that has its name.
 template <class Policy, class C, class Copy>
 void policy_settings(Policy& policy, C& c, Copy copy) {
-  Policy::settings([&](const SettingInfo& /*setting*/, auto member) {
-    copy_setting(member(policy), member(c), copy);
-  });
+  Policy::settings(
+      [&](const SettingInfo& /*setting*/, auto member) { copy(member(policy), member(c)); });
 }
 
 /// Visits every setting but orders and start.
@@ -246,14 +233,14 @@ constexpr ehsid_kernel kernel() {
 
 /// Defines ehsid_kernel_NAME_n. `const` and not constexpr, which MSVC would keep inside its file; the assertions hold that
 /// it needs no constructor.
-#define EHSID_DEFINE_KERNEL(NAME, n)                                                        \
-  static_assert(ehsid::place_of_policy(#NAME) < ehsid::kPolicies, "no policy has this id"); \
-  static_assert(                                                                            \
-      ehsid::c::kernel<ehsid::PolicyAt<ehsid::place_of_policy(#NAME), float, (n)>, (n)>()   \
-              .parameters == (n),                                                           \
-      "known to the compiler");                                                             \
-  extern "C" const ehsid_kernel ehsid_kernel_##NAME##_##n =                                 \
-      ehsid::c::kernel<ehsid::PolicyAt<ehsid::place_of_policy(#NAME), float, (n)>, (n)>();
+#define EHSID_DEFINE_KERNEL(NAME, n)                                                               \
+  static_assert(ehsid::place_of_policy(#NAME) < ehsid::kPolicies, "no policy has this id");        \
+  static_assert(                                                                                   \
+      ehsid::c::kernel<ehsid::PolicyAt<ehsid::place_of_policy(#NAME), float>, (n)>().parameters == \
+          (n),                                                                                     \
+      "known to the compiler");                                                                    \
+  extern "C" const ehsid_kernel ehsid_kernel_##NAME##_##n =                                        \
+      ehsid::c::kernel<ehsid::PolicyAt<ehsid::place_of_policy(#NAME), float>, (n)>();
 /// Defines ehsid_kernel_NAME_2 .. _13.
 #define EHSID_DEFINE_KERNELS(NAME) \
   EHSID_DEFINE_KERNEL(NAME, 2)     \

@@ -41,8 +41,6 @@ class PolicySetting:
     @property
     def default(self) -> float: ...
     @property
-    def per_parameter(self) -> bool: ...
-    @property
     def hil_place(self) -> int: ...
 
 @final
@@ -58,8 +56,6 @@ class PolicyInfo:
     @property
     def number(self) -> int: ...
     @property
-    def takes_size(self) -> bool: ...
-    @property
     def settings(self) -> tuple[PolicySetting, ...]: ...
 
 HIL_PLACES: int
@@ -68,7 +64,7 @@ def policies() -> tuple[PolicyInfo, ...]: ...
 
 # policies: written by script/policies.py
 
-Forgetting: TypeAlias = Constant | Exponential | ErrorDriven | FRatio | Directional | RandomWalk
+Forgetting: TypeAlias = Constant | Exponential | ErrorDriven | FRatio
 
 class Constant:
     info: ClassVar[PolicyInfo]
@@ -123,31 +119,6 @@ class FRatio:
     def eta(self) -> float: ...
     @property
     def critical_ratio(self) -> float: ...
-    @property
-    def forgets_the_start(self) -> bool: ...
-
-class Directional:
-    info: ClassVar[PolicyInfo]
-    def __init__(
-        self,
-        lambda_: float = 0.94,
-        epsilon: float = 0.0001,
-    ) -> None: ...
-    @property
-    def lambda_(self) -> float: ...
-    @property
-    def epsilon(self) -> float: ...
-    @property
-    def forgets_the_start(self) -> bool: ...
-
-class RandomWalk:
-    info: ClassVar[PolicyInfo]
-    def __init__(
-        self,
-        drift: float | Sequence[float] = 0.0001,
-    ) -> None: ...
-    @property
-    def drift(self) -> list[float]: ...
     @property
     def forgets_the_start(self) -> bool: ...
 

@@ -229,6 +229,6 @@ def test_the_step_is_not_wider_than_the_window(page: Any, width: int) -> None:
     page.set_viewport_size({"width": width, "height": 844})
     press(page, "Identify")
     see(page, "Orders tried")
-    page.get_by_label("recursion").select_option("armax: extended least squares")
-    see(page, "armax is right with")
+    page.get_by_label("recursion").select_option("riv: instrumental variables")
+    see(page, "riv is right with")
     assert page.evaluate("document.documentElement.scrollWidth") <= width

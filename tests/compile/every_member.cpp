@@ -5,25 +5,22 @@
 
 namespace ehsid {
 
-#define EHSID_EVERY_MEMBER(policy)                                              \
-  template class OnlineEstimator<Arx<float, 3, 3, 1>,                           \
-                                 PolicyAt<place_of_policy(#policy), float, 6>>; \
-  template class OnlineEstimator<Arx<double, 1, 1, 0, true>,                    \
-                                 PolicyAt<place_of_policy(#policy), double, 3>>;
+#define EHSID_EVERY_MEMBER(policy)                                                                \
+  template class OnlineEstimator<Arx<float, 3, 3, 1>, PolicyAt<place_of_policy(#policy), float>>; \
+  template class OnlineEstimator<Arx<double, 1, 1, 0, true>,                                      \
+                                 PolicyAt<place_of_policy(#policy), double>>;
 EHSID_EACH_POLICY(EHSID_EVERY_MEMBER)
 
 template class Arx<float, 3, 3, 1>;
 template class Arx<double, 1, 1, 0, true>;
 template class Rls<float, 6, Exponential<float>>;
-template class Rls<double, 3, RandomWalk<double, 3>>;
-template class OutputErrorRecursion<float, 3, 6, Exponential<float>, true>;
-template class OutputErrorRecursion<double, 1, 3, Constant<double>, false>;
-template class Armax<float, 3, 6, Exponential<float>>;
-template class Armax<double, 1, 3, Constant<double>>;
+template class Rls<double, 3, Constant<double>>;
+template class InstrumentalVariables<float, 3, 6, Exponential<float>>;
+template class InstrumentalVariables<double, 1, 3, Constant<double>>;
 template class OnlineEstimator<Arx<float, 3, 3, 1>, Exponential<float>,
                                InstrumentalVariables<float, 3, 6, Exponential<float>>>;
 template class OnlineEstimator<Arx<double, 1, 1, 0, true>, Constant<double>,
-                               Armax<double, 1, 3, Constant<double>>>;
+                               InstrumentalVariables<double, 1, 3, Constant<double>>>;
 template class RmseReset<float>;
 template class RmseReset<double>;
 template class ConvergenceMonitor<float>;

@@ -15,7 +15,7 @@ struct TypesOf<std::tuple<Policy...>> {
   using Type = testing::Types<Policy...>;
 };
 
-template <class Scalar, int kN>
-using PolicyTypes = typename TypesOf<ehsid::Policies<Scalar, kN>>::Type;
+template <class Scalar>
+using PolicyTypes = typename TypesOf<ehsid::Policies<Scalar>>::Type;
 
 }  // namespace test

@@ -116,9 +116,6 @@ TEST(EstimatorBank, EqualsTheScalarEstimatorFRatioInDouble) {
 TEST(EstimatorBank, EqualsTheScalarEstimatorExponentialWithOffset) {
   compare_all<ArxEstimator<float, 2, 1, 2, Exponential<float>, true>>();
 }
-TEST(EstimatorBank, EqualsTheScalarEstimatorRandomWalk) {
-  compare_all<ArxEstimator<float, 2, 2, 1, RandomWalk<float, 4>>>();
-}
 #endif
 
 TEST(EstimatorBank, ReportsWhatTheScalarEstimatorReports) {

@@ -77,7 +77,7 @@ void change(Numbers<Scalar>& numbers, Options& options) {
   }
   using Policy = decltype(options.forgetting);
   Policy::settings([&](const ehsid::SettingInfo& /*setting*/, auto member) {
-    ehsid::each_number(member(options.forgetting), maybe);
+    maybe(member(options.forgetting));
   });
 }
 
@@ -156,7 +156,7 @@ bool run(unsigned random_seed) {
 template <class Number, std::size_t kPlace>
 struct Kind {
   using Scalar = Number;
-  using Servo = ehsid::ArxEstimator<Scalar, 2, 2, 1, ehsid::PolicyAt<kPlace, Scalar, 4>>;
+  using Servo = ehsid::ArxEstimator<Scalar, 2, 2, 1, ehsid::PolicyAt<kPlace, Scalar>>;
 };
 
 template <class Kind>

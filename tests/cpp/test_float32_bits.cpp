@@ -98,7 +98,7 @@ constexpr Expected kExpected[] = {
 
 template <class Policy>
 struct Float32Bits : testing::Test {};
-using Policies = test::PolicyTypes<float, 6>;
+using Policies = test::PolicyTypes<float>;
 TYPED_TEST_SUITE(Float32Bits, Policies, );
 
 TYPED_TEST(Float32Bits, AreThoseOfPython) {

@@ -150,7 +150,7 @@ TEST(GoldenServo, Sine) { expect_servo_trace("sine", 600, {0.01F, 3, 0.05F, 0.25
 
 template <class Policy>
 struct Golden : testing::Test {};
-using Policies = test::PolicyTypes<float, 6>;
+using Policies = test::PolicyTypes<float>;
 TYPED_TEST_SUITE(Golden, Policies, );
 
 TYPED_TEST(Golden, Trace) { expect_trace<TypeParam>(TypeParam::kInfo.type); }

@@ -15,8 +15,6 @@ namespace {
 template <class Scalar>
 struct FlooredConstant {
   static constexpr std::uint32_t kId = 99;
-  static constexpr bool kSpreads = false;
-  static constexpr bool kFilters = false;
   static constexpr ehsid::PolicyInfo kInfo{"floored_constant", "FlooredConstant",
                                            "constant forgetting factor above a floor", "this test"};
 
@@ -32,7 +30,7 @@ struct FlooredConstant {
   }
 
   bool valid() const { return ehsid::settings_valid(*this); }
-  Scalar loss(int /*parameter*/, Scalar /*variance*/) const { return Scalar(1) - factor(); }
+  Scalar loss() const { return Scalar(1) - factor(); }
   void restart() {}
   ehsid::ForgettingFactors<Scalar> peek(const ehsid::Evidence<Scalar>& /*evidence*/) const {
     return {factor(), Scalar(1)};

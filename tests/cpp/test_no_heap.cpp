@@ -74,7 +74,7 @@ template <class... Float, class... Double>
 struct Both<std::tuple<Float...>, std::tuple<Double...>> {
   using Types = testing::Types<Servo<float, Float>..., Servo<double, Double>...>;
 };
-using Estimators = Both<ehsid::Policies<float, 6>, ehsid::Policies<double, 6>>::Types;
+using Estimators = Both<ehsid::Policies<float>, ehsid::Policies<double>>::Types;
 TYPED_TEST_SUITE(NoHeap, Estimators, );
 
 TYPED_TEST(NoHeap, WholeLifeOfAnEstimator) {
@@ -118,8 +118,7 @@ TYPED_TEST(NoHeap, WholeLifeOfAnEstimator) {
 template <class Estimator>
 class NoHeapOfGradients : public testing::Test {};
 using GradientEstimators = testing::Types<ehsid::InstrumentalArxEstimator<float, 3, 3, 1>,
-                                          ehsid::OutputErrorArxEstimator<double, 3, 3, 1>,
-                                          ehsid::ArmaxArxEstimator<float, 3, 3, 1>>;
+                                          ehsid::InstrumentalArxEstimator<double, 3, 3, 1>>;
 TYPED_TEST_SUITE(NoHeapOfGradients, GradientEstimators, );
 
 TYPED_TEST(NoHeapOfGradients, WholeLifeOfAnEstimator) {

@@ -18,7 +18,7 @@ template <class Policy>
 struct RlsPolicy : testing::Test {
   using Recursion = ehsid::Rls<float, 6, Policy>;
 };
-using Policies = test::PolicyTypes<float, 6>;
+using Policies = test::PolicyTypes<float>;
 TYPED_TEST_SUITE(RlsPolicy, Policies, );
 
 /// Model (16) of the paper, driven with equation noise.

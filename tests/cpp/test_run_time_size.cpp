@@ -115,8 +115,8 @@ History history(int n, const std::vector<Sample<Scalar>>& samples) {
 /// One policy, which still lacks precision and size.
 template <std::size_t kPlace>
 struct PolicyOf {
-  template <class Scalar, int kN>
-  using Type = ehsid::PolicyAt<kPlace, Scalar, kN>;
+  template <class Scalar>
+  using Type = ehsid::PolicyAt<kPlace, Scalar>;
 };
 
 void expect_same(const History& fixed, const History& chosen, int n) {
@@ -129,8 +129,8 @@ void expect_same(const History& fixed, const History& chosen, int n) {
 template <class Scalar, class Policy, int kN>
 void compare() {
   constexpr int kUpTo = ehsid::up_to(kMost + 1);
-  using Fixed = ehsid::Rls<Scalar, kN, typename Policy::template Type<Scalar, kN>>;
-  using Chosen = ehsid::Rls<Scalar, kUpTo, typename Policy::template Type<Scalar, kUpTo>>;
+  using Fixed = ehsid::Rls<Scalar, kN, typename Policy::template Type<Scalar>>;
+  using Chosen = ehsid::Rls<Scalar, kUpTo, typename Policy::template Type<Scalar>>;
   const auto samples = record<Scalar>();
   expect_same(history<Fixed>(kN, samples), history<Chosen>(kN, samples), kN);
 }

@@ -30,11 +30,9 @@ constexpr std::size_t kEvery = 1;
 template <class Number, std::size_t kPlace>
 struct Kind {
   using Scalar = Number;
-  template <int kN>
-  using Policy = ehsid::PolicyAt<kPlace, Scalar, kN>;
+  using Policy = ehsid::PolicyAt<kPlace, Scalar>;
   template <int kNa, int kNb, bool kOffset = false>
-  using Servo =
-      ehsid::ArxEstimator<Scalar, kNa, kNb, 1, Policy<kNa + kNb + (kOffset ? 1 : 0)>, kOffset>;
+  using Servo = ehsid::ArxEstimator<Scalar, kNa, kNb, 1, Policy, kOffset>;
 };
 
 /// A plant with a change and a hold, so that windows, counters and reset have something to remember.
@@ -206,13 +204,13 @@ TYPED_TEST(Snapshot, OfAnotherModelIsRefused) {
   };
   EXPECT_TRUE(other(saved(after<typename TypeParam::template Servo<2, 4>>(320))));
   EXPECT_TRUE(other(saved(after<typename TypeParam::template Servo<3, 2, true>>(320))));
-  using Policy = typename TypeParam::template Policy<6>;
+  using Policy = typename TypeParam::Policy;
   using Delayed = ehsid::ArxEstimator<Scalar, 3, 3, 2, Policy>;
   EXPECT_TRUE(other(saved(after<Delayed>(320))));
   using Precision = std::conditional_t<std::is_same_v<Scalar, float>, double, float>;
   ehsid::for_each_policy([&](auto place) {
-    using Same = ehsid::ArxEstimator<Scalar, 3, 3, 1, ehsid::PolicyAt<place, Scalar, 6>>;
-    using Wrong = ehsid::ArxEstimator<Precision, 3, 3, 1, ehsid::PolicyAt<place, Precision, 6>>;
+    using Same = ehsid::ArxEstimator<Scalar, 3, 3, 1, ehsid::PolicyAt<place, Scalar>>;
+    using Wrong = ehsid::ArxEstimator<Precision, 3, 3, 1, ehsid::PolicyAt<place, Precision>>;
     EXPECT_TRUE(other(saved(after<Wrong>(320))));
     if (place.value + 1 != Policy::kId) {
       EXPECT_TRUE(other(saved(after<Same>(320))));
@@ -261,19 +259,13 @@ TYPED_TEST(Snapshot, OfAnotherConfigurationIsRefused) {
   for (int i = 0; i < 6; ++i) {
     other([i](Options& o) { o.variance0[i] = Scalar(100); });
   }
-  using Policy = typename TypeParam::template Policy<6>;
+  using Policy = typename TypeParam::Policy;
   Policy::settings([&](const ehsid::SettingInfo& setting, auto member) {
     SCOPED_TRACE(setting.name);
-    if constexpr (ehsid::kPerParameter<decltype(member(std::declval<Policy&>()))>) {
-      for (std::size_t i = 0; i < 6; ++i) {
-        other([&](Options& o) { alter(member(o.forgetting)[i]); });
-      }
-    } else {
-      other([&](Options& o) {
-        alter(member(o.forgetting));
-        o.forgetting.restart();
-      });
-    }
+    other([&](Options& o) {
+      alter(member(o.forgetting));
+      o.forgetting.restart();
+    });
   });
 }
 

@@ -45,7 +45,7 @@ constexpr int kSamples = 400;
 /// What C++ saves after all samples. Takes over `other` and saves that again.
 template <std::size_t kPlace, int kN>
 std::string of_cpp(const std::string& other) {
-  ehsid::ArxEstimator<float, kN / 2, kN / 2, 1, ehsid::PolicyAt<kPlace, float, kN>, kN % 2 == 1>
+  ehsid::ArxEstimator<float, kN / 2, kN / 2, 1, ehsid::PolicyAt<kPlace, float>, kN % 2 == 1>
       estimator;
   if (other.empty()) {
     Signal signal(kN);

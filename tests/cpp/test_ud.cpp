@@ -69,11 +69,6 @@ TEST_P(Ud, ProjectionIsTheQuadraticForm) {
   EXPECT_NEAR(factors_.project(phi_, f), phi_.dot(p_ * phi_), kTolerance * phi_.squaredNorm());
 }
 
-TEST_P(Ud, InformationIsTheQuadraticFormOfTheInverse) {
-  const double expected = phi_.dot(inverse_ * phi_);
-  EXPECT_NEAR(factors_.information_along(phi_), expected, kTolerance * expected);
-}
-
 TEST_P(Ud, MeasurementIsEquation13) {
   // Equal in (13); they differ where a policy forgets behind the measurement.
   const double r = 0.95;
@@ -112,29 +107,6 @@ TEST_P(Ud, TraceIsThatOfTheMatrix) {
     expected += (1.0 + i) * p_(i, i);
   }
   EXPECT_NEAR(factors_.weighted_trace(weights), expected, kTolerance * expected);
-}
-
-TEST_P(Ud, RankOneIsAdded) {
-  ehsid::Array<double, kN> a{};
-  for (int i = 0; i < kN; ++i) {
-    a[static_cast<std::size_t>(i)] = phi_[i];
-  }
-  factors_.add_rank_one(0.3, a);
-  expect_near(factors_.matrix(), p_ + 0.3 * phi_ * phi_.transpose());
-}
-
-TEST_P(Ud, OneVarianceMoreIsTheRankOneUpdateWithAUnitVector) {
-  for (int i = 0; i < kN; ++i) {
-    Factors rank_one = factors_;
-    Array unit{};
-    unit[static_cast<std::size_t>(i)] = 1.0;
-    rank_one.add_rank_one(0.3, unit);
-    Factors more = factors_;
-    more.add_variance(i, 0.3);
-    EXPECT_EQ(more.d, rank_one.d);
-    EXPECT_EQ(more.u, rank_one.u);
-    expect_near(more.matrix(), p_ + 0.3 * Matrix(Vector::Unit(i).asDiagonal()));
-  }
 }
 
 TEST_P(Ud, ScalingScales) {

@@ -18,9 +18,6 @@ using Monitor = ehsid::WhitenessMonitor<double>;
 
 /// What the monitor reads of a recursion, made by hand.
 struct Residuals {
-  struct Forgetting {
-    static constexpr bool kSpreads = false;
-  };
   struct Values {
     double innovation;
     double square;
@@ -42,7 +39,6 @@ struct Residuals {
 
 /// Near the largest numbers of the type.
 struct Huge {
-  using Forgetting = Residuals::Forgetting;
   struct Values {
     float innovation;
     float square;

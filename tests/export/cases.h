@@ -5,15 +5,11 @@
 #include "exponential.hpp"
 #include "error_driven.hpp"
 #include "f_ratio.hpp"
-#include "directional.hpp"
-#include "random_walk.hpp"
 #else
 #include "constant.h"
 #include "exponential.h"
 #include "error_driven.h"
 #include "f_ratio.h"
-#include "directional.h"
-#include "random_walk.h"
 #endif
 
 #undef EXPORTED_CASES
@@ -21,7 +17,5 @@
   DO(constant) \
   DO(exponential) \
   DO(error_driven) \
-  DO(f_ratio) \
-  DO(directional) \
-  DO(random_walk)
+  DO(f_ratio)
 /* clang-format on */

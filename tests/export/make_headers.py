@@ -46,8 +46,6 @@ CASES |= {
     "exponential": (ArxOrders(3, 3, 1), ehsid.Exponential(0.995, 0.97)),
     "error_driven": (ArxOrders(4, 2, 1), ehsid.ErrorDriven(memory=80.0, lambda_min=0.6)),
     "f_ratio": (ArxOrders(2, 3, 2, offset=True), ehsid.FRatio(eta=1.5, critical_ratio=3.0)),
-    "directional": (ArxOrders(1, 1, 3), ehsid.Directional(0.9, 1e-3)),
-    "random_walk": (ArxOrders(2, 1, 0), ehsid.RandomWalk([1e-3, 1e-4, 1e-5])),
 }
 
 
@@ -78,7 +76,7 @@ def configuration(name: str) -> EstimatorConfiguration:
         rounded(np.array([made.seed.noise_variance])).item(),
     )
     reset = None
-    if name != "random_walk":
+    if name != "constant":
         reset = ehsid.RmseResetOptions(short_window=5.0, long_window=60.0, trigger_ratio=2.0)
     return replace(
         made,

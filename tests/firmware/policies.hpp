@@ -14,7 +14,7 @@ using Estimator = ehsid::ArxEstimator<float, 3, 3, 1, Forgetting>;
 template <class Visit>
 void every_policy(Visit&& visit) {
   ehsid::for_each_policy([&](auto place) {
-    using Policy = ehsid::PolicyAt<place, float, 6>;
+    using Policy = ehsid::PolicyAt<place, float>;
     visit(Policy{}, Policy::kInfo.type);
   });
 }

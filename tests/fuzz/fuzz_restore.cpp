@@ -156,7 +156,7 @@ const ehsid_kernel* const kKernels[] = {EHSID_EACH_POLICY(FUZZ_KERNEL)};
 
 template <class Scalar, std::size_t kPlace>
 void run_cpp(fuzz::Data& data) {
-  using Estimator = InCpp<ehsid::ArxEstimator<Scalar, 3, 3, 1, ehsid::PolicyAt<kPlace, Scalar, 6>>>;
+  using Estimator = InCpp<ehsid::ArxEstimator<Scalar, 3, 3, 1, ehsid::PolicyAt<kPlace, Scalar>>>;
   static const Good kGood = warmed_up(Estimator{});
   Estimator estimator;
   run(data, estimator, kGood);

@@ -35,7 +35,7 @@ class Policy(Protocol):
 
     def step(self, P: FloatArray, phi: FloatArray, epsilon: float, owed: float) -> Step: ...
 
-    def loss(self, variances: FloatArray) -> FloatArray:
+    def loss(self) -> float:
         """Share of the information about each parameter that a step forgets; P_ii are given."""
         ...
 
@@ -55,8 +55,8 @@ class Constant:
     def step(self, P: FloatArray, phi: FloatArray, epsilon: float, owed: float) -> Step:
         return divided(P, phi, self.factor * owed)
 
-    def loss(self, variances: FloatArray) -> FloatArray:
-        return np.full_like(variances, 1.0 - self.factor)
+    def loss(self) -> float:
+        return 1.0 - self.factor
 
 
 @dataclass
@@ -75,8 +75,8 @@ class Exponential:
         self.k += 1
         return divided(P, phi, (1.0 - self.factor0**self.k * (1.0 - self.initial)) * owed)
 
-    def loss(self, variances: FloatArray) -> FloatArray:
-        return np.full_like(variances, self.factor0 ** (self.k + 1) * (1.0 - self.initial))
+    def loss(self) -> float:
+        return float(self.factor0 ** (self.k + 1) * (1.0 - self.initial))
 
 
 @dataclass
@@ -110,8 +110,8 @@ class ErrorDriven:
         kept = (np.eye(phi.size) - np.outer(K, phi)) @ P
         return Step(kept / (owed * factor), K, before=owed, after=factor)
 
-    def loss(self, variances: FloatArray) -> FloatArray:
-        return np.full_like(variances, 1.0 / self.memory)
+    def loss(self) -> float:
+        return 1.0 / self.memory
 
 
 @dataclass
@@ -134,46 +134,8 @@ class FRatio:
             factor = 1.0 / (1.0 + self.eta * max(g, 0.0))
         return divided(P, phi, factor * owed)
 
-    def loss(self, variances: FloatArray) -> FloatArray:
-        return np.zeros_like(variances)
-
-
-@dataclass
-class Directional:
-    """SIFt, Lai and Bernstein, arXiv 2404.10844, in information matrices as the paper has it."""
-
-    factor: float
-    epsilon: float
-
-    def step(self, P: FloatArray, phi: FloatArray, epsilon: float, owed: float) -> Step:
-        R = np.linalg.inv(P)
-        along = R @ phi
-        kept = R - (1.0 - self.factor) * np.outer(along, along) / (phi @ along)
-        after = np.linalg.inv(kept + np.outer(phi, phi))
-        after = 0.5 * (after + after.T)
-        return Step(after, after @ phi)
-
-    def filters(self, phi: FloatArray) -> bool:
-        return float(phi @ phi) < self.epsilon
-
-    def loss(self, variances: FloatArray) -> FloatArray:
-        return np.zeros_like(variances)
-
-
-@dataclass
-class RandomWalk:
-    """Kalman filter of theta(k+1) = theta(k) + w(k): time update, then measurement update."""
-
-    drift: FloatArray
-
-    def step(self, P: FloatArray, phi: FloatArray, epsilon: float, owed: float) -> Step:
-        ahead = P + np.diag(self.drift)
-        K = ahead @ phi / (1.0 + phi @ ahead @ phi)
-        left = np.eye(phi.size) - np.outer(K, phi)
-        return Step(left @ ahead @ left.T + np.outer(K, K), K)  # Joseph's form
-
-    def loss(self, variances: FloatArray) -> FloatArray:
-        return self.drift / (variances + self.drift)
+    def loss(self) -> float:
+        return 0.0
 
 
 class Reference:
@@ -231,9 +193,9 @@ class Reference:
         starved = self.margin > 0.0 and self.regained.min() < 0.4
         frozen = starved and known and self.recent <= 4.0 * self._usual_variance(power)
         waits = self.owed * step.before * step.after
-        if self._uninformative(phi, s, idle=frozen and self.waited <= 0.08):
+        if self._uninformative(s, idle=frozen and self.waited <= 0.08):
             if not self._overdue(phi, power):
-                self.regained -= self._loss(np.diag(self.P)) * self.regained
+                self.regained -= self._loss * self.regained
                 self.regained[self.regained <= 1e-6] = 0.0
                 self._follow_fallen_errors(phi, s, power)
                 return False
@@ -244,7 +206,7 @@ class Reference:
             policy = copy(self.policy)
             step = policy.step(self.P, phi, self.epsilon, self.owed)
         self.owed = max(waits, 0.08) if frozen else 1.0
-        self.waited = max(self.waited * (1.0 - self._least_loss), 0.08) if frozen else 1.0
+        self.waited = max(self.waited * (1.0 - self._loss), 0.08) if frozen else 1.0
         self.policy = policy
         self._keep(phi, step, power, known)
         return True
@@ -258,7 +220,7 @@ class Reference:
         # The measurement took (P phi)_i^2 / alpha off P_ii, with 1 - phi' K = before / alpha.
         taken = step.gain**2 * step.before / (1.0 - phi @ step.gain)
         left = np.diag(step.P) * self.factor
-        share = taken / (left + taken) - self._loss(np.diag(step.P)) * self.regained
+        share = taken / (left + taken) - self._loss * self.regained
         self.regained = np.minimum(self.regained + share, 1.0)
         samples = step.before * self.weight + 1.0
         rise = (square - self.usual) / samples
@@ -274,19 +236,14 @@ class Reference:
         """sigma^2 of the usual errors; a surprise is at least a rounding error."""
         return self.usual * self.weight / self._freedom + ROUNDING**2 * power / 4.0
 
-    def _loss(self, variances: FloatArray) -> FloatArray:
-        """What the policy forgets, or the share of one sample among all."""
-        return np.maximum(self.policy.loss(variances), 1.0 / (self.weight + 2 * self.theta.size))
-
     @property
-    def _least_loss(self) -> float:
-        return float(np.min(self._loss(np.diag(self.P))))
+    def _loss(self) -> float:
+        """What the policy forgets, or the share of one sample among all."""
+        return max(self.policy.loss(), 1.0 / (self.weight + 2 * self.theta.size))
 
-    def _uninformative(self, phi: FloatArray, s: float, idle: bool) -> bool:
-        """The policy's own filter, and the rule of RlsOptions::information_margin."""
-        if isinstance(self.policy, Directional) and self.policy.filters(phi):
-            return True
-        return idle and s < self.margin * self._least_loss
+    def _uninformative(self, s: float, idle: bool) -> bool:
+        """The rule of RlsOptions::information_margin."""
+        return idle and s < self.margin * self._loss
 
     def _overdue(self, phi: FloatArray, power: float) -> bool:
         """A regressor of full size is taken where the model fails, or where P is too small.
@@ -295,14 +252,14 @@ class Reference:
         """
         size = float(phi**2 @ self.variance0)
         least = float(np.min(np.diag(self.P) / self.variance0))
-        full = least * size < self.margin * self._least_loss
+        full = least * size < self.margin * self._loss
         return size > 2e6 and (self.recent > 0.03 * power or full)
 
     def _follow_fallen_errors(self, phi: FloatArray, s: float, power: float) -> None:
         """sigma^2 falls to that of the recent errors; sigma^2 P stays, unless P0 bounds it."""
         known = self.weight > phi.size + 1
         variance = self.residual_variance if known else 0.0
-        loss = self._least_loss
+        loss = self._loss
         predicts = self.recent < 1e-4 * power
         least = loss if predicts else self.margin * loss
         small = float(phi**2 @ self.variance0) <= 25.0

@@ -104,7 +104,7 @@ TEST(Configuration, EachSettingOutOfItsRangeIsRefused) {
   std::vector<std::vector<int>> read;
   ehsid::for_each_policy([&](auto place) {
     read.emplace_back();
-    ehsid::PolicyAt<place, float, 1>::settings(
+    ehsid::PolicyAt<place, float>::settings(
         [&](const ehsid::SettingInfo& setting, auto /*member*/) {
           read.back().push_back(setting.hil_place);
         });

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: MIT
 # A hold of 30,000 samples in one go and in two gives the same state, bit for bit.
-foreach(policy IN ITEMS constant f_ratio random_walk)
+foreach(policy IN ITEMS constant f_ratio)
   set(whole ${FOLDER}/${policy}-whole)
   set(parts ${FOLDER}/${policy}-parts)
   file(REMOVE ${whole} ${parts})

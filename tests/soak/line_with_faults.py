@@ -79,7 +79,7 @@ def _sample_number(frame: bytes) -> int | None:
 def plan_of(rng: random.Random) -> Plan:
     """A run of position control with a policy by chance, on an axis, which is cheap to simulate."""
     rig = read_rig(RIG)
-    policies = (ehsid.Constant, ehsid.Exponential, ehsid.FRatio, ehsid.Directional)
+    policies = (ehsid.Constant, ehsid.Exponential, ehsid.FRatio)
     numbers = np.random.default_rng(rng.randrange(2**31))
     steps = random_steps(OF_A_RUN, amplitude=0.02, hold=(20, 80), rng=numbers)
     return position_plan(

@@ -32,7 +32,7 @@ PROGRESS_S = 20.0
 NEVER = 3000  # samples; held.cpp looks no further
 MOST_MOVED = 1e-3
 MOST_GROWTH_BYTES = 16 * 2**20
-POLICIES = ("constant", "exponential", "error_driven", "f_ratio", "directional", "random_walk")
+POLICIES = ("constant", "exponential", "error_driven", "f_ratio")
 
 
 class Holds:

@@ -95,7 +95,7 @@ template <class Scalar>
 void add_both(peers::Entries& entries) {
   const char* scalar = peers::name_of<Scalar>();
   ehsid::for_each_policy([&](auto place) {
-    using Policy = ehsid::PolicyAt<place, Scalar, kN>;
+    using Policy = ehsid::PolicyAt<place, Scalar>;
     const std::string name = std::string("Rls, ") + Policy::kInfo.type;
     peers::add<Recursion<Scalar, Policy>>(entries, name.c_str(), scalar, true);
   });

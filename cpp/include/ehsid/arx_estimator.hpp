@@ -16,7 +16,7 @@
 namespace ehsid {
 
 /// Settings of an OnlineEstimator. Every default is usable; give at least the scaling.
-/// Recursion: options of the recursion, RlsOptions but for those of output_error.hpp and armax.hpp.
+/// Recursion: options of the recursion, RlsOptions but for that of instrumental_variables.hpp.
 template <class Scalar, int kN, class Forgetting, class Recursion = RlsOptions<Scalar>>
 struct EstimatorOptions {
   Scaling<Scalar> scaling{};
@@ -40,8 +40,8 @@ struct EstimatorOptions {
 
 /// Online identification of a model whose regressor is made from commands and positions.
 ///
-/// Model: Arx<...>, or a class with the same members. Forgetting: see forgetting.hpp. Recursion: Rls, or one of
-/// output_error.hpp and armax.hpp for noise that biases least squares.
+/// Model: Arx<...>, or a class with the same members. Forgetting: see forgetting.hpp. Recursion: Rls, or
+/// InstrumentalVariables for a noisy position sensor.
 template <class Model_, class Forgetting_,
           class Recursion_ = Rls<typename Model_::Scalar, Model_::kN, Forgetting_>>
 class OnlineEstimator {
@@ -77,8 +77,7 @@ class OnlineEstimator {
   };
 
   /// Bytes of a snapshot; where the orders are chosen at run time, the most that there can be.
-  static constexpr std::size_t kSnapshotBytes =
-      ehsid::snapshot_bytes<Contents>(with_noise(Model::kLargest, Recursion::kNoiseParameters));
+  static constexpr std::size_t kSnapshotBytes = ehsid::snapshot_bytes<Contents>(Model::kLargest);
   /// The whole state as bytes: store them, restore them into an estimator with the same options, on any machine.
   using Snapshot = std::array<std::uint8_t, kSnapshotBytes>;
 
@@ -338,13 +337,7 @@ class OnlineEstimator {
     }
   }
 
-  ModelShape shape() const {
-    ModelShape of{model_.na(), model_.nb(), model_.nk(), model_.offset()};
-    if constexpr (Recursion::kFollowsModel) {
-      of = with_noise(of, recursion_.noise_size());
-    }
-    return of;
-  }
+  ModelShape shape() const { return {model_.na(), model_.nb(), model_.nk(), model_.offset()}; }
 
   SnapshotHeader header() const {
     return make_header<Scalar, Forgetting, Contents>(kMagic, shape(), configuration());

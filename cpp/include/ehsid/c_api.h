@@ -75,9 +75,7 @@ typedef struct ehsid_kernel ehsid_kernel;
   DO(constant) \
   DO(exponential) \
   DO(error_driven) \
-  DO(f_ratio) \
-  DO(directional) \
-  DO(random_walk)
+  DO(f_ratio)
 /* end of policies */
 /* clang-format on */
 
@@ -98,7 +96,7 @@ EHSID_EACH_POLICY(EHSID_DECLARE_KERNELS)
 /* clang-format off */
 typedef struct ehsid_forgetting {
   /* settings: written by script/policies.py */
-  float lambda; /* constant, directional: (0, 1] */
+  float lambda; /* constant: (0, 1] */
   float lambda0; /* exponential: (0, 1] */
   float lambda_initial; /* exponential: (0, 1] */
   float memory; /* error_driven: >= 1 */
@@ -106,8 +104,6 @@ typedef struct ehsid_forgetting {
   float noise_variance; /* error_driven: >= 0 */
   float eta; /* f_ratio: >= 0 */
   float critical_ratio; /* f_ratio: >= 1 */
-  float epsilon; /* directional: > 0 */
-  float drift[EHSID_MAX_PARAMETERS]; /* random_walk: each >= 0, the first n are read */
   /* end of settings */
 } ehsid_forgetting;
 /* clang-format on */

@@ -2,13 +2,12 @@
 // Everything a controller needs; never the plant.
 #pragma once
 
-#include <ehsid/armax.hpp>
 #include <ehsid/arx.hpp>
 #include <ehsid/arx_estimator.hpp>
 #include <ehsid/fit.hpp>
 #include <ehsid/forgetting.hpp>
+#include <ehsid/instrumental_variables.hpp>
 #include <ehsid/monitor.hpp>
-#include <ehsid/output_error.hpp>
 #include <ehsid/reset.hpp>
 #include <ehsid/rls.hpp>
 #include <ehsid/scaling.hpp>

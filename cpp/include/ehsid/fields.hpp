@@ -25,7 +25,7 @@ struct ModelShape {
   std::uint16_t na = 0;
   std::uint16_t nb = 0;
   std::uint16_t nk = 0;
-  std::uint16_t offset = 0;  // parameters behind b: 1 with a constant term, and those of the noise
+  std::uint16_t offset = 0;  // parameters behind b: 1 with a constant term
 
   constexpr ModelShape() = default;
   constexpr ModelShape(int na_in, int nb_in, int nk_in, bool offset_in)
@@ -48,12 +48,6 @@ struct ModelShape {
     return a.na == b.na && a.nb == b.nb && a.nk == b.nk && a.offset == b.offset;
   }
 };
-
-/// The same with parameters of the noise behind the others.
-constexpr ModelShape with_noise(ModelShape of, int parameters) {
-  of.offset = static_cast<std::uint16_t>(of.offset + parameters);
-  return of;
-}
 
 // How many numbers of an array are in use.
 constexpr int each_parameter(const ModelShape& of) { return of.size(); }
@@ -340,17 +334,11 @@ bool fields_are_finite(const Owner& owner) {
   return finite;
 }
 
-/// The settings of a forgetting policy, those that have one for each parameter n times.
+/// The settings of a forgetting policy.
 template <class Policy>
-void write_settings(ByteStream& writer, const ModelShape& of, const Policy& policy) {
-  Policy::settings([&](const auto& /*setting*/, auto member) {
-    const auto& setting = member(policy);
-    if constexpr (std::is_arithmetic_v<std::remove_reference_t<decltype(setting)>>) {
-      writer.values(&setting, 1);
-    } else {
-      writer.values(setting.data(), of.size());
-    }
-  });
+void write_settings(ByteStream& writer, const Policy& policy) {
+  Policy::settings(
+      [&](const auto& /*setting*/, auto member) { writer.values(&member(policy), 1); });
 }
 
 }  // namespace ehsid

@@ -10,25 +10,20 @@
 //                              fields.hpp, so that snapshots save them
 //   valid()                    are its settings inside their ranges, and its state usable?
 //   restart()                  back to the initial state, e.g. after a reset
-//   loss(i, variance)          share of the information about parameter i that an ordinary step forgets, given P_ii: a
-//                              lone held direction settles at phi' P phi = loss, full excitation at n loss; 0 where
-//                              a sample replaces all that is forgotten for it
+//   loss()                     share of the information that an ordinary step forgets: a lone held direction settles at
+//                              phi' P phi = loss, full excitation at n loss; 0 where a sample replaces all that is
+//                              forgotten for it
 //   peek(evidence)             the scalar forgetting of the coming step; changes nothing
 //   accept(evidence)           the step was kept: move the policy's own state on
-//   spread(factors, phi)       where kSpreads: the time update of a covariance that is not simply
-//                              divided by a factor
-//   filters(phi)               where kFilters: samples that the policy itself leaves out
 //
 // A new policy is a file in forgetting/ and its line in `Policies` below; then `python script/policies.py` writes the
 // lists of the C header, the Python signatures and the documents anew.
 #pragma once
 
 #include <ehsid/forgetting/constant.hpp>
-#include <ehsid/forgetting/directional.hpp>
 #include <ehsid/forgetting/error_driven.hpp>
 #include <ehsid/forgetting/exponential.hpp>
 #include <ehsid/forgetting/f_ratio.hpp>
-#include <ehsid/forgetting/random_walk.hpp>
 
 #include <tuple>
 #include <type_traits>
@@ -36,23 +31,21 @@
 
 namespace ehsid {
 
-/// All policies for kN parameters. A new one comes last: the place of a policy is its number in the HIL protocol.
+/// All policies. A new one comes last: the place of a policy is its number in the HIL protocol.
 // clang-format off
-template <class Scalar, int kN>
+template <class Scalar>
 using Policies = std::tuple<
     Constant<Scalar>,
     Exponential<Scalar>,
     ErrorDriven<Scalar>,
-    FRatio<Scalar>,
-    Directional<Scalar>,
-    RandomWalk<Scalar, kN>>;
+    FRatio<Scalar>>;
 // clang-format on
 
-inline constexpr std::size_t kPolicies = std::tuple_size<Policies<float, 1>>::value;
+inline constexpr std::size_t kPolicies = std::tuple_size<Policies<float>>::value;
 
 /// The policy at a place of the list, from 0 on.
-template <std::size_t kPlace, class Scalar, int kN>
-using PolicyAt = typename std::tuple_element<kPlace, Policies<Scalar, kN>>::type;
+template <std::size_t kPlace, class Scalar>
+using PolicyAt = typename std::tuple_element<kPlace, Policies<Scalar>>::type;
 
 namespace detail {
 
@@ -69,21 +62,11 @@ constexpr void for_each_policy(Visit visit) {
   detail::each_place(visit, std::make_index_sequence<kPolicies>{});
 }
 
-/// Does the type of the policy at this place depend on the number of parameters?
-constexpr bool takes_size(std::size_t wanted) {
-  bool takes = false;
-  for_each_policy([&](auto place) {
-    const bool depends = !std::is_same<PolicyAt<place, float, 1>, PolicyAt<place, float, 2>>::value;
-    takes = place.value == wanted ? depends : takes;
-  });
-  return takes;
-}
-
 /// The place of the policy with this id in the list; kPolicies where there is none.
 constexpr std::size_t place_of_policy(const char* id) {
   std::size_t result = kPolicies;
   for_each_policy([&](auto place) {
-    const char* name = PolicyAt<place, float, 1>::kInfo.id;
+    const char* name = PolicyAt<place, float>::kInfo.id;
     std::size_t i = 0;
     while (name[i] != '\0' && name[i] == id[i]) {
       ++i;
@@ -98,7 +81,7 @@ namespace detail {
 constexpr bool ids_follow_the_list() {
   bool good = true;
   for_each_policy(
-      [&](auto place) { good = good && PolicyAt<place, float, 1>::kId == place.value + 1; });
+      [&](auto place) { good = good && PolicyAt<place, float>::kId == place.value + 1; });
   return good;
 }
 
@@ -106,7 +89,7 @@ constexpr bool hil_places_differ() {
   bool good = true;
   for_each_policy([&](auto place) {
     unsigned taken = 0;
-    PolicyAt<place, float, 1>::settings([&](const SettingInfo& setting, auto /*member*/) {
+    PolicyAt<place, float>::settings([&](const SettingInfo& setting, auto /*member*/) {
       const bool inside = setting.hil_place >= 0 && setting.hil_place < kHilPlaces;
       const unsigned bit = inside ? 1U << static_cast<unsigned>(setting.hil_place) : 0U;
       good = good && bit != 0U && (taken & bit) == 0U;

@@ -198,23 +198,6 @@ EHSID_ALWAYS_INLINE inline void upwards(Count<kSize> n, const Step& step) {
   }
 }
 
-/// step(i) for i = n - 1 .. 0.
-template <class Step>
-EHSID_ALWAYS_INLINE inline void downwards(int n, const Step& step) {
-  EHSID_UNROLL
-  for (int i = n - 1; i >= 0; --i) {
-    step(i);
-  }
-}
-
-template <int kSize, class Step>
-EHSID_ALWAYS_INLINE inline void downwards(Count<kSize> /*n*/, const Step& step) {
-  if constexpr (kSize > 0) {
-    step(Count<kSize - 1>{});
-    downwards(Count<kSize - 1>{}, step);
-  }
-}
-
 /// to = from, the first n numbers, group by group.
 template <class Scalar, class Number>
 EHSID_ALWAYS_INLINE inline void keep_groups(Number n, const Scalar* from, Scalar* to) {

@@ -75,23 +75,22 @@ struct InformationAccount {
     return {Scalar(1), Scalar(1)};
   }
 
-  /// A sample was left out. loss(i): share of the information about parameter i that a step forgets.
-  template <class Loss>
-  EHSID_ALWAYS_INLINE void lose(int n, const Loss& loss) {
+  /// A sample was left out. loss: share of the information that a step forgets.
+  EHSID_ALWAYS_INLINE void lose(int n, Scalar loss) {
     for (int i = 0; i < n; ++i) {
       Scalar& share = regained[static_cast<std::size_t>(i)];
-      share -= loss(i) * share;
+      share -= loss * share;
       share = share > kNothing ? share : Scalar(0);
     }
   }
 
-  /// A sample was kept: it took taken(group) of the variances left(group) + taken(group), loss(group) is forgotten.
-  template <class Left, class Taken, class Loss>
-  EHSID_ALWAYS_INLINE void gain(int n, const Left& left, const Taken& taken, const Loss& loss) {
+  /// A sample was kept: it took taken(group) of the variances left(group) + taken(group), `loss` is forgotten.
+  template <class Left, class Taken>
+  EHSID_ALWAYS_INLINE void gain(int n, const Left& left, const Taken& taken, Scalar loss) {
     in_groups<Scalar>(count_of<kN>(n), [&](const auto group) EHSID_INLINE_LAMBDA {
       const auto share = group.load(regained.data());
       const auto off = taken(group);
-      const auto next = share + (off / (left(group) + off) - loss(group) * share);
+      const auto next = share + (off / (left(group) + off) - loss * share);
       group.store(group.smaller(next, Scalar(1)), regained.data());
     });
   }

@@ -76,9 +76,8 @@ class Rls {
   using Options = RlsOptions<Scalar>;
 
   static constexpr int kN = kN_;
-  /// The regressor is all it needs, unlike the recursions on gradient_recursion.hpp.
+  /// The regressor is all it needs, unlike that of instrumental_variables.hpp.
   static constexpr bool kFollowsModel = false;
-  static constexpr int kNoiseParameters = 0;
   /// Start variance P0_ii where none is given: vague for regressors of order one.
   static constexpr Scalar kDefaultVariance = Scalar(1e6);
 
@@ -169,12 +168,12 @@ class Rls {
     const Scalar power = y * y + predicted * predicted;
     const bool starving = information_margin() > Scalar(0) && state_.account.starving(n);
     bool frozen = starving && !surprising(recent, power);
-    if (uninformative(phi, s, frozen && state_.account.out_of_patience())) {
+    if (uninformative(s, frozen && state_.account.out_of_patience())) {
       const Scalar start = variance_at_start(phi);
       if (!overdue(recent, power, start)) {
         state_.innovation = innovation;
         state_.recent_square = recent;
-        lose_information();
+        state_.account.lose(size(), loss());
         lower_residual_variance(s, recent, power, start);
         return Status::no_information;
       }
@@ -182,27 +181,16 @@ class Rls {
     }
     const bool changed = frozen || state_.account.waits();
     const auto waiting =
-        frozen ? state_.account.postpone(lambda, least_loss()) : state_.account.make_up(lambda);
+        frozen ? state_.account.postpone(lambda, loss()) : state_.account.make_up(lambda);
     if (changed) {
       square = normalise(innovation, lambda.before, s);
     }
 
-    UdFactors<Scalar, kN> factors;
-    const bool spreads = Forgetting::kSpreads && !frozen;
-    if constexpr (Forgetting::kSpreads) {
-      if (spreads) {
-        factors.resize(n);
-        factors.keep(state_.factors);
-        state_.forgetting.spread(factors, phi);
-        s = factors.project(phi, gain);
-        square = normalise(innovation, lambda.before, s);
-      }
-    }
     // (13)
-    const UdFactors<Scalar, kN>& prior = spreads ? factors : state_.factors;
+    UdFactors<Scalar, kN> factors;
     const Scalar shrink = lambda.before * lambda.after;
     Array<Scalar, kN> variances{};  // gcc does not see that measure() writes them all
-    const Scalar alpha = factors.measure(prior, gain, lambda.before, shrink, variances);
+    const Scalar alpha = factors.measure(state_.factors, gain, lambda.before, shrink, variances);
     bool good = limit(factors, variances) && is_squarable(square);
     // (14), as a compensated sum: at large k the steps fall below the last digit of a float32 theta, and
     // with a held regressor their rounding has a direction, so theta would drift without end.
@@ -306,7 +294,7 @@ class Rls {
   /// Writes what a start gave and a step does not change: settings, guards, and the factors that a reset returns to.
   void write_configuration(ByteStream& writer, const ModelShape& of) const {
     write_layout<Forgetting>(writer, of);
-    write_settings(writer, of, state_.forgetting);
+    write_settings(writer, state_.forgetting);
     stream_fields(writer, of, options_);
     stream_fields(writer, of, initial_factors_);
   }
@@ -437,46 +425,18 @@ class Rls {
            recent > kSurprise * with_freedom(state_.usual_square) + kRounding * kRounding * power;
   }
 
-  /// Information about parameter i that is forgotten in a step, as a share of what there is. Where the policy forgets
-  /// nothing, the share of one sample among all: what came long ago says nothing on the excitation of now.
-  EHSID_ALWAYS_INLINE Scalar loss(int i, Scalar variance, Scalar fresh) const {
-    const Scalar forgotten = state_.forgetting.loss(i, variance);
+  /// Information that is forgotten in a step, as a share of what there is. Where the policy forgets nothing, the share of
+  /// one sample among all: what came long ago says nothing on the excitation of now. With fewer than twice as many samples
+  /// as parameters nobody can tell.
+  EHSID_ALWAYS_INLINE Scalar loss() const {
+    const Scalar forgotten = state_.forgetting.loss();
+    const Scalar fresh = Scalar(1) / (state_.weight + Scalar(2 * size()));
     return forgotten > fresh ? forgotten : fresh;
-  }
-
-  /// Share of one sample among all. With fewer than twice as many samples as parameters nobody can tell.
-  EHSID_ALWAYS_INLINE Scalar fresh_share() const {
-    return Scalar(1) / (state_.weight + Scalar(2 * size()));
-  }
-
-  /// loss() of the parameter that loses least.
-  EHSID_ALWAYS_INLINE Scalar least_loss() const {
-    const Scalar fresh = fresh_share();
-    if constexpr (!Forgetting::kSpreads) {
-      return loss(0, Scalar(0), fresh);
-    } else {
-      Scalar least(1);
-      const int n = size();
-      for (int i = 0; i < n; ++i) {
-        const Scalar one = loss(i, state_.factors.variance(i), fresh);
-        least = one < least ? one : least;
-      }
-      return least;
-    }
-  }
-
-  /// A sample was left out.
-  void lose_information() {
-    const Scalar fresh = fresh_share();
-    state_.account.lose(size(), [&](int i) {
-      return loss(i, Forgetting::kSpreads ? state_.factors.variance(i) : Scalar(0), fresh);
-    });
   }
 
   /// The last step left P_ii = variances[i]; its measurement took (P phi)_i^2 / alpha off.
   EHSID_ALWAYS_INLINE void gain_information(const Array<Scalar, kN>& variances, Scalar alpha,
                                             Scalar shrink) {
-    const Scalar fresh = fresh_share();
     state_.account.gain(
         size(),
         [&](const auto group)
@@ -485,27 +445,14 @@ class Rls {
           const auto gain = group.load(state_.gain.data());
           return gain * gain * alpha;
         },
-        [&]([[maybe_unused]] const auto group) EHSID_INLINE_LAMBDA {
-          if constexpr (Forgetting::kSpreads) {
-            return group.map(group.gather(variances.data()),
-                             [&](int i, Scalar variance)
-                                 EHSID_INLINE_LAMBDA { return loss(i, variance, fresh); });
-          } else {
-            return loss(0, Scalar(0), fresh);
-          }
-        });
+        loss());
   }
 
-  bool uninformative(const Regressor& phi, Scalar s, bool idle) const {
+  bool uninformative(Scalar s, bool idle) const {
     if (!(s > Scalar(0)) && options_.information_margin != Scalar(0)) {
       return true;  // phi = 0: forgetting without measuring would be all that is left
     }
-    if constexpr (Forgetting::kFilters) {
-      if (state_.forgetting.filters(phi)) {
-        return true;
-      }
-    }
-    return idle && s < information_margin() * least_loss();
+    return idle && s < information_margin() * loss();
   }
 
   /// Must a sample without information be taken all the same? After samples far larger than those of now all of these
@@ -514,7 +461,7 @@ class Rls {
   /// full excitation by such regressors would leave it: until it is as large, forgetting cannot wind it up.
   bool overdue(Scalar recent, Scalar power, Scalar start) const {
     return start > kFullSize && (recent > kUnpredicted * power ||
-                                 least_variance() * start < information_margin() * least_loss());
+                                 least_variance() * start < information_margin() * loss());
   }
 
   /// The least P_ii / P0_ii.
@@ -537,10 +484,10 @@ class Rls {
   /// learned stays true. Nothing is done for a regressor that P0 hardly notices, only noise in a hold at zero.
   void lower_residual_variance(Scalar s, Scalar recent, Scalar power, Scalar start) {
     const Scalar known = known_residual_variance();
-    const Scalar loss = least_loss();
-    const Scalar wanted = information_margin() * loss;
+    const Scalar lost = loss();
+    const Scalar wanted = information_margin() * lost;
     const bool predicted = recent < kPredicted * power;
-    if (!(recent * kFallen < known) || !(start > kNoise) || !(s < (predicted ? loss : wanted))) {
+    if (!(recent * kFallen < known) || !(start > kNoise) || !(s < (predicted ? lost : wanted))) {
       return;
     }
     const Scalar needed = wanted / s;

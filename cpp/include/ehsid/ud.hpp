@@ -223,51 +223,6 @@ struct UdFactors : Extent<kN> {
     return dot(size(), weights, all);
   }
 
-  /// Agee-Turner: P <- P + c a a', c >= 0. Overwrites a.
-  EHSID_ALWAYS_INLINE void add_rank_one(const Scalar& c, Array<Scalar, kN>& a) {
-    add_leading(c, a, count_of<kN>(size()));
-  }
-
-  /// P_ii <- P_ii + c, c >= 0: the same with the unit vector e_i, which leaves the columns behind i alone. i: int, or Count.
-  template <class Index>
-  EHSID_ALWAYS_INLINE void add_variance(Index i, Scalar c) {
-    const auto ii = static_cast<std::size_t>(i);
-    Array<Scalar, kN> a;
-    const Scalar grown = d[ii] + c;
-    const Scalar slope = c / grown;
-    Scalar* column = u.data() + at(0, i);
-    in_groups<Scalar>(i, [&](const auto group) EHSID_INLINE_LAMBDA {
-      const auto factor = group.load(column);
-      group.scatter(-factor, a.data());
-      group.store(factor - slope * factor, column);
-    });
-    c *= d[ii] / grown;
-    d[ii] = grown;
-    add_leading(c, a, i);
-  }
-
-  /// phi' P^-1 phi: the information already held along phi.
-  template <class Regressor>
-  EHSID_ALWAYS_INLINE Scalar information_along(const Regressor& phi) const {
-    const int n = size();
-    Array<Scalar, kN> z;
-    Scalar sum(0);
-    EHSID_UNROLL
-    for (int i = n - 1; i >= 0; --i) {
-      const auto ii = static_cast<std::size_t>(i);
-      Scalar rest = entry(phi, i);  // back substitution, U z = phi
-      const Scalar* factor = u.data() + at(i, i + 1);
-      EHSID_UNROLL
-      for (int j = i + 1; j < n; ++j) {
-        rest -= *factor * z[static_cast<std::size_t>(j)];
-        factor += j;
-      }
-      z[ii] = rest;
-      sum += rest * rest / d[ii];
-    }
-    return sum;
-  }
-
   /// P <- factor P.
   void scale(const Scalar& factor) {
     const int n = size();
@@ -291,34 +246,6 @@ struct UdFactors : Extent<kN> {
   }
 
  private:
-#if defined(__GNUC__) && !defined(__clang__)
-// gcc 14 warns that `a` may be used uninitialised. Only its first `count` entries are read, and the caller has written them.
-#pragma GCC diagnostic push
-#pragma GCC diagnostic ignored "-Wmaybe-uninitialized"
-#endif
-  /// Agee-Turner where all but the first `count` entries of a are zero. Overwrites a with U^-1 a (U before the update).
-  template <class Number>
-  EHSID_ALWAYS_INLINE void add_leading(Scalar c, Array<Scalar, kN>& a, Number count) {
-    downwards(count, [&](const auto j) EHSID_INLINE_LAMBDA {
-      const auto jj = static_cast<std::size_t>(j);
-      Scalar* column = u.data() + at(0, j);
-      const Scalar aj = a[jj];
-      const Scalar grown = d[jj] + c * aj * aj;
-      const Scalar slope = c * aj / grown;
-      in_groups<Scalar>(j, [&](const auto group) EHSID_INLINE_LAMBDA {
-        const auto factor = group.load(column);
-        const auto rest = group.gather(a.data()) - aj * factor;
-        group.scatter(rest, a.data());
-        group.store(factor + slope * rest, column);
-      });
-      c *= d[jj] / grown;
-      d[jj] = grown;
-    });
-  }
-#if defined(__GNUC__) && !defined(__clang__)
-#pragma GCC diagnostic pop
-#endif
-
   Scalar unit_upper(int row, int column) const {
     return row == column ? Scalar(1) : u[at(row, column)];
   }

@@ -92,8 +92,7 @@ class WhitenessMonitor {
         error = size < kLargestError ? size : kLargestError;
         error = recursion.innovation < Scalar(0) ? -error : error;
       }
-      // Where P grows by a term of its own, lambda says nothing of the memory.
-      accumulate(error, Estimator::Forgetting::kSpreads ? kShortest : recursion.forgetting_factor);
+      accumulate(error, recursion.forgetting_factor);
     }
     remember(error, leaving);
   }

@@ -38,9 +38,8 @@ void read_forgetting(Reader& in, std::uint32_t policy, ehsid_forgetting& forgett
     if (policy != place.value) {
       return;
     }
-    ehsid::PolicyAt<place, float, 1>::settings([&](const ehsid::SettingInfo& info, auto member) {
-      ehsid::each_number(member(forgetting),
-                         [&](float& setting) { setting = numbers[info.hil_place]; });
+    ehsid::PolicyAt<place, float>::settings([&](const ehsid::SettingInfo& info, auto member) {
+      member(forgetting) = numbers[info.hil_place];
     });
   });
 }

@@ -6,7 +6,7 @@
 
 namespace servo {
 
-constexpr std::uint16_t kProtocolVersion = 1;
+constexpr std::uint16_t kProtocolVersion = 2;
 
 enum class Request : std::uint8_t {
   none = 0x00,  // never sent: there was no request yet

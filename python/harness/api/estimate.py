@@ -201,7 +201,7 @@ def estimate(
         settings, such as ehsid.Exponential(lambda0=0.99); or a number, the constant forgetting
         factor.
     method
-        "rls", or for noise that biases least squares "riv", "oe" or "armax"
+        "rls", or for noise of the position sensor "riv"
         (docs/which_estimator.md).
     reset
         whether lambda and P are reset when the RMSE shows a change of the plant.

@@ -23,8 +23,6 @@ METHODS = MappingProxyType(
     {
         "rls": Method("least squares", "white noise in the equation of the model"),
         "riv": Method("instrumental variables", "noise of the position sensor"),
-        "oe": Method("output error", "noise of the position sensor"),
-        "armax": Method("extended least squares", "a coloured disturbance of the servo"),
     }
 )
 

@@ -50,8 +50,6 @@ class Method(StrEnum):
 
     rls = "rls"
     riv = "riv"
-    oe = "oe"
-    armax = "armax"
 
 
 def estimate_command(
@@ -72,8 +70,8 @@ def estimate_command(
     method: Annotated[
         Method,
         typer.Option(
-            help="recursion: rls, least squares; riv and oe for a noisy position sensor; armax for "
-            "coloured disturbances. All but rls take constant and exponential forgetting"
+            help="recursion: rls, least squares; riv for a noisy position sensor, which takes "
+            "constant and exponential forgetting"
         ),
     ] = Method.rls,
     reset: Reset = True,

@@ -232,23 +232,12 @@ def _dependent_lag(data: IoData, result: EstimationResult) -> int | None:
 
 
 def _methods(recursion: Recursion) -> Iterator[_Change]:
-    """Residuals that are not white need a recursion that is right with that noise."""
-    if recursion.method != "rls":
-        return
-    orders = recursion.orders
-    for method, noise in (
-        ("riv", "as with noise of the position sensor"),
-        ("oe", "as with noise of the position sensor"),
-        ("armax", "as with a coloured disturbance of the servo"),
-    ):
+    """Noise of the position sensor needs the recursion that is right with it."""
+    if recursion.method == "rls":
         yield (
-            f"The residuals are not white, {noise}.",
-            Setting(f"--method {method}", f'method="{method}"'),
-            replace(
-                recursion,
-                orders=replace(orders, offset=True),
-                method=method,
-            ),
+            "The residuals are not white, as with noise of the position sensor.",
+            Setting("--method riv", 'method="riv"'),
+            replace(recursion, orders=replace(recursion.orders, offset=True), method="riv"),
         )
 
 
@@ -273,9 +262,9 @@ def _lacks(data: IoData, recursion: Recursion, result: EstimationResult) -> list
     found = []
     if not result.residuals_white and recursion.method == "rls":
         found.append(
-            "The estimate converges with none of the methods riv, oe and armax either. The plant "
-            "may not be linear in this record, as with friction, a dead band or saturation: "
-            "`ehsid gap` looks for such effects in the records of a servo."
+            "The estimate does not converge with the method riv either. The plant may not be "
+            "linear in this record, as with friction, a dead band or saturation: `ehsid gap` looks "
+            "for such effects in the records of a servo."
         )
     found += _use(result)
     found += _without_information(data, recursion, result)

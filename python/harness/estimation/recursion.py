@@ -49,7 +49,7 @@ class Recursion:
     dtype
         "float32", as on the target, or "float64".
     method
-        "rls", or for noise that biases least squares "riv", "oe" or "armax".
+        "rls", or for noise of the position sensor "riv".
     """
 
     orders: ArxOrders

@@ -28,7 +28,7 @@ class Estimate:
     forgetting
         the forgetting policy, in words.
     method
-        "rls", "riv", "oe" or "armax", see `ehsid.ArxEstimator`.
+        "rls" or "riv", see `ehsid.ArxEstimator`.
     theta, standard_deviation
         shape (n,), estimate and its standard deviation at the end of the record, in the units of
         the signals. The constant term is that of the signals as they are in the record, as in

@@ -8,21 +8,13 @@ from ehsid.harness.estimation.result import Estimate
 from ehsid.harness.estimation.servo import ServoPath
 
 _NOT_WHITE = "The residuals are not white (statistic {:.4g}, at most 22.5 expected): "
-_OF_THE_SENSOR = (
-    "the intervals, though widened, may not hold. Reasons: coloured noise of the sensor, wrong "
-    "orders or delay, friction, saturation; with a disturbance of the servo itself take the method "
-    "`armax` or `rls`."
-)
 _WHY_NOT_WHITE = {
     "rls": "the parameters are biased, and their intervals, though widened, may not hold. The "
-    "usual reason is noise on the measured output; the methods `riv` and `oe` stay correct there. "
-    "Other reasons: a coloured disturbance (method `armax`), wrong orders or delay, friction, "
-    "saturation.",
-    "riv": _OF_THE_SENSOR,
-    "oe": _OF_THE_SENSOR,
-    "armax": "the parameters may be biased, and their intervals, though widened, may not hold. "
-    "Reasons: noise of the sensor (methods `riv` and `oe`), wrong orders or delay, friction, "
-    "saturation.",
+    "usual reason is noise on the measured output; the method `riv` stays correct there. "
+    "Other reasons: a coloured disturbance, wrong orders or delay, friction, saturation.",
+    "riv": "the intervals, though widened, may not hold. Reasons: coloured noise of the sensor, "
+    "wrong orders or delay, friction, saturation; with a disturbance of the servo itself take the "
+    "method `rls`.",
 }
 
 # Of each TrustReason, what it means, and what to do.

@@ -84,7 +84,7 @@ void operate(Estimator<Forgetting>& estimator, bool on) {
 #define EHSID_FIRMWARE_OF(policy) EHSID_FIRMWARE(PolicyOfSix<ehsid::place_of_policy(#policy)>);
 namespace ehsid {  // a name without a comma, for the macro
 template <std::size_t kPlace>
-using PolicyOfSix = PolicyAt<kPlace, float, 6>;
+using PolicyOfSix = PolicyAt<kPlace, float>;
 }  // namespace ehsid
 EHSID_EACH_POLICY(EHSID_FIRMWARE_OF)
 

@@ -19,5 +19,3 @@ bool power_on() {
 ehsid::Status step(float command, float position) { return servo->step(command, position); }
 
 ehsid::Status start(exponential::Estimator& estimator) { return exponential::configure(estimator); }
-
-ehsid::Status start(random_walk::Estimator& estimator) { return random_walk::configure(estimator); }

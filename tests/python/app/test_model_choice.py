@@ -45,7 +45,7 @@ def test_a_recursion_that_does_not_take_a_policy_changes_it() -> None:
     choice = ModelChoice()
     set_policy(choice, "f-ratio")
     choice.settings = {"eta": 1.0}
-    set_method(choice, "oe")
+    set_method(choice, "riv")
     assert (choice.policy, choice.settings) == ("exponential", {})
     assert recursion_of(choice).orders.offset
     set_policy(choice, "constant")
@@ -57,7 +57,7 @@ def test_a_recursion_that_does_not_take_a_policy_changes_it() -> None:
     ("line", "words"),
     [
         ("policy = 'none'", "policy 'none': expected one of constant, exponential"),
-        ("policy = 'f-ratio'\nmethod = 'oe'", "'f-ratio': expected one of constant, exponential"),
+        ("policy = 'f-ratio'\nmethod = 'riv'", "'f-ratio': expected one of constant, exponential"),
         ("method = 'best'", "method 'best': expected one of rls, riv"),
         ("settings = { eta = 1.0 }", "setting 'eta': expected one of lambda0, lambda_initial"),
         ("nb = 7", "na, nb: expected 1 to 6"),

@@ -34,7 +34,7 @@ def session(tmp_path_factory: pytest.TempPathFactory) -> Session:
     made = read_session(top / "press", german_log(top / "run of 'Monday'.csv", 3.0))
     choice = made.settings.model
     choice.orders, choice.delays, choice.nb, choice.reset = "2-3", "1-2", 2, False
-    set_policy(choice, "directional")
+    set_policy(choice, "constant")
     choice.settings |= {"lambda_": 0.97}
     made.save()
     identify_task(made.folder, report=nothing)

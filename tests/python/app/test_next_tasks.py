@@ -44,14 +44,14 @@ def test_the_header_is_that_of_the_command_and_of_the_python(
     wish = session.settings.firmware
     wish.record, wish.name, wish.c = session.settings.records[0].id, "axis_7", c
     wish.like_model = like_model
-    session.settings.model.na, session.settings.model.policy = 2, "directional"
+    session.settings.model.na, session.settings.model.policy = 2, "error-driven"
     session.save()
     header_task(session.folder, report=silent)
     made = msgspec.json.decode((session.folder / FIRMWARE / MADE).read_bytes(), type=HeaderMade)
     target = session.folder / FIRMWARE / made.file
     text = target.read_text(encoding="utf-8")
     assert "axis_7" in text
-    assert ("irectional" in text) == like_model
+    assert ("rror_driven" in text or "ErrorDriven" in text) == like_model
     assert made.file.endswith(".h") == c
     assert made.told == session.settings.records[0].told()
     monkeypatch.chdir(session.folder)

@@ -267,7 +267,6 @@ CASES = (
         "a factor that is not a number",
         "(0, 1]",
     ),
-    call("ehsid.RandomWalk([])", lambda: ehsid.RandomWalk([]), "no drift", "drift is empty"),
     call(
         "ehsid.Scaling(position_scale=0)",
         lambda: ehsid.Scaling(position_scale=0.0),

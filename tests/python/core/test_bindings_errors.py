@@ -44,7 +44,6 @@ def cases(*entries: tuple[str, Make, str]) -> pytest.MarkDecorator:
         "in the chosen precision",
     ),
     ("limit", lambda: ehsid.ArxEstimator(1, 1, 1, input_limit=0.0), "input_limit must be > 0"),
-    ("drift", lambda: ehsid.Rls(3, forgetting=ehsid.RandomWalk([0.1, 0.2])), "drift has 2 values"),
 )
 def test_structure_and_start_values_are_checked(call: Make, words: str) -> None:
     with pytest.raises(ValueError, match=words):
@@ -63,11 +62,6 @@ BAD_FACTORS = (0.0, -0.5, 1.0 + 1e-9, NAN, INF, -INF)
     *((f"Err(., ., {x})", lambda x=x: ehsid.ErrorDriven(9, 1, x), "noise") for x in (-1, NAN, INF)),
     *((f"F({x})", lambda x=x: ehsid.FRatio(x), "FRatio") for x in (-1e-9, NAN, INF)),
     *((f"F(., {x})", lambda x=x: ehsid.FRatio(1, x), "critical") for x in (0.999, NAN, INF)),
-    *((f"Dir({x})", lambda x=x: ehsid.Directional(x), "Directional") for x in BAD_FACTORS),
-    *((f"Dir(., {x})", lambda x=x: ehsid.Directional(0.9, x), "epsilon") for x in (0, NAN, INF)),
-    *((f"Walk({x})", lambda x=x: ehsid.RandomWalk(x), "RandomWalk") for x in (-1e-9, NAN, INF)),
-    ("Walk([])", lambda: ehsid.RandomWalk([]), "drift is empty"),
-    ("Walk([., -1])", lambda: ehsid.RandomWalk([0.0, -1.0]), "RandomWalk"),
 )
 def test_parameters_of_policies_are_checked(call: Make, words: str) -> None:
     with pytest.raises(ValueError, match=words):
@@ -102,8 +96,6 @@ POLICIES = [
     (ehsid.Exponential(1.0, 0.5), "Exponential(lambda0=1.0, lambda_initial=0.5)"),
     (ehsid.ErrorDriven(1, 1, 0), "ErrorDriven(memory=1.0, lambda_min=1.0, noise_variance=0.0)"),
     (ehsid.FRatio(0.0, 1.0), "FRatio(eta=0.0, critical_ratio=1.0)"),
-    (ehsid.Directional(1.0, 1e-9), "Directional(lambda_=1.0, epsilon=1e-09)"),
-    (ehsid.RandomWalk([0.0, 0.5]), "RandomWalk(drift=[0.0, 0.5])"),
 ]
 
 

@@ -35,7 +35,7 @@ def test_a_setting_is_argument_property_and_documented(
     info: ehsid.PolicyInfo, setting: ehsid.PolicySetting
 ) -> None:
     made = getattr(info.policy(), setting.name)
-    assert made == ([setting.default] if setting.per_parameter else setting.default)
+    assert made == setting.default
     assert setting.name == setting.member + "_" * keyword.iskeyword(setting.member)
     text = inspect.getdoc(info.policy)
     assert text is not None
@@ -77,8 +77,6 @@ def test_the_script_replaces_only_its_block() -> None:
         (ehsid.Exponential(0.99, 1.0), False),
         (ehsid.ErrorDriven(), True),
         (ehsid.FRatio(), False),
-        (ehsid.Directional(), False),
-        (ehsid.RandomWalk(), False),
     ],
 )
 def test_which_policies_forget_the_start(policy: ehsid.Forgetting, forgets: bool) -> None:

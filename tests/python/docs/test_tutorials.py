@@ -130,7 +130,7 @@ def test_the_policy_of_the_tutorial_is_the_one_that_is_compiled() -> None:
     page = text_of(DOCS / "tutorials/add_a_policy.md")
     (struct,) = re.findall(r"```cpp\n(///.*?)```", page, flags=re.DOTALL)
     assert struct in text_of(ROOT / "tests/cpp/test_new_policy.cpp")
-    assert "RandomWalk<Scalar, kN>>;" in text_of(ROOT / "cpp/include/ehsid/forgetting.hpp")
+    assert "FRatio<Scalar>>;" in text_of(ROOT / "cpp/include/ehsid/forgetting.hpp")
 
 
 @pytest.mark.parametrize("name", ["add_an_effect", "add_a_policy"])

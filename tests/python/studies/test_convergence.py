@@ -29,9 +29,8 @@ def with_wrong_model(noise: float, **more: Any) -> tuple[float, float, float]:
 
 
 @pytest.mark.parametrize("noise", NOISES)
-@pytest.mark.parametrize("forgetting", [ehsid.FRatio(), ehsid.Directional(), ehsid.RandomWalk()])
-def test_a_start_from_the_model_settles_sooner(forgetting: ehsid.Forgetting, noise: float) -> None:
-    seeded, vague, sooner = medians(forgetting, noise)
+def test_a_start_from_the_model_settles_sooner(noise: float) -> None:
+    seeded, vague, sooner = medians(ehsid.FRatio(), noise)
     # Measured: 0 samples against 15 and against 160 to 184, in at least 99 % of the runs. The
     # claim of the document is half; under chance the share would be 0.5 +- 0.035.
     assert seeded <= 0.5 * vague

@@ -222,8 +222,7 @@ class Estimators {
   EHSID_ALWAYS_INLINE void watch(const Truth& kept, const Truth& skipped, const Truth& interrupted,
                                  const V& leaving, Count& status) {
     update(convergences_, convergence_options_, recursions_, kept, skipped);
-    whitenesses_.update(recursions_, Recursion::Forgetting::kSpreads, leaving, kept, skipped,
-                        interrupted);
+    whitenesses_.update(recursions_, leaving, kept, skipped, interrupted);
     const Truth watched = kept & reset_enabled_;
     if (any(watched)) {
       const Truth changed =

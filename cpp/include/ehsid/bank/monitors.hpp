@@ -223,11 +223,10 @@ struct Whitenesses {
   }
 
   /// As WhitenessMonitor::updated in the lanes of `kept`, skipped() in those of `skipped` and interrupted() in those of
-  /// `interrupted`. spreads: of the policy.
+  /// `interrupted`.
   template <class Tile>
-  EHSID_ALWAYS_INLINE void update(const Tile& tile, bool spreads, const V& leaving,
-                                  const Truth& kept, const Truth& skipped,
-                                  const Truth& interrupted) {
+  EHSID_ALWAYS_INLINE void update(const Tile& tile, const V& leaving, const Truth& kept,
+                                  const Truth& skipped, const Truth& interrupted) {
     using Count = CountsOf<V>;
     using Constants = WhitenessMonitor<Scalar>;
     const Count last(0x7fffffff);
@@ -244,10 +243,8 @@ struct Whitenesses {
           smaller(sqrt(tile.normalised_square() / tile.mean_square()), V(Constants::kLargestError));
       error = select(large, select(tile.innovation() < V(0), -size, size), error);
 
-      V rho(Constants::kShortest);
-      if (!spreads) {
-        rho = larger(smaller(tile.forgetting_factor(), V(Constants::kLongest)), rho);
-      }
+      const V rho = larger(smaller(tile.forgetting_factor(), V(Constants::kLongest)),
+                           V(Constants::kShortest));
       const V rho_square = rho * rho;
       const Count place = next;
       V sum = partial;

@@ -15,8 +15,8 @@ namespace ehsid::bank {
 
 /// The policy `Policy` for as many estimators as `V` has lanes.
 ///
-/// set(lane, policy), get(lane, policy): settings and state of one lane. peek(), loss(), spread() and filters() as in the policy;
-/// accept() and restart() only where the mask is true.
+/// set(lane, policy), get(lane, policy): settings and state of one lane. peek() and loss() as in the policy; accept() and
+/// restart() only where the mask is true.
 template <class Policy, class V>
 struct LanesOf;
 
@@ -27,9 +27,7 @@ struct LanesOf<Constant<Scalar>, V> {
 
   void set(int lane, const Policy& one) { lambda.set(lane, one.lambda); }
   void get(int lane, Policy& one) const { one.lambda = lambda[lane]; }
-  EHSID_ALWAYS_INLINE V loss(int /*parameter*/, const V& /*variance*/) const {
-    return V(1) - lambda;
-  }
+  EHSID_ALWAYS_INLINE V loss() const { return V(1) - lambda; }
   EHSID_ALWAYS_INLINE void restart(const typename V::Truth& /*where*/) {}
   EHSID_ALWAYS_INLINE ForgettingFactors<V> peek(const Evidence<V>& /*evidence*/) const {
     return {lambda, V(1)};
@@ -55,7 +53,7 @@ struct LanesOf<Exponential<Scalar>, V> {
     one.lambda_initial = lambda_initial[lane];
     one.deficit = deficit[lane];
   }
-  EHSID_ALWAYS_INLINE V loss(int /*parameter*/, const V& /*variance*/) const { return next(); }
+  EHSID_ALWAYS_INLINE V loss() const { return next(); }
   EHSID_ALWAYS_INLINE void restart(const typename V::Truth& where) {
     deficit = select(where, V(1) - lambda_initial, deficit);
   }
@@ -96,9 +94,7 @@ struct LanesOf<ErrorDriven<Scalar>, V> {
     one.mean_square = mean_square[lane];
     one.seen = static_cast<std::int32_t>(seen[lane]);
   }
-  EHSID_ALWAYS_INLINE V loss(int /*parameter*/, const V& /*variance*/) const {
-    return V(1) / memory;
-  }
+  EHSID_ALWAYS_INLINE V loss() const { return V(1) / memory; }
   EHSID_ALWAYS_INLINE void restart(const typename V::Truth& where) {
     mean_square = select(where, V(0), mean_square);
     seen = select(where, V(0), seen);
@@ -156,7 +152,7 @@ struct LanesOf<FRatio<Scalar, kShort, kLong>, V> {
     long_window.get(lane, one.long_window);
     one.seen = static_cast<std::int32_t>(seen[lane]);
   }
-  EHSID_ALWAYS_INLINE V loss(int /*parameter*/, const V& /*variance*/) const { return V(0); }
+  EHSID_ALWAYS_INLINE V loss() const { return V(0); }
   EHSID_ALWAYS_INLINE void restart(const typename V::Truth& where) {
     short_window.restart(where);
     long_window.restart(where);
@@ -185,80 +181,6 @@ struct LanesOf<FRatio<Scalar, kShort, kLong>, V> {
  private:
   EHSID_ALWAYS_INLINE static V square_of(const Evidence<V>& evidence) {
     return smaller(evidence.innovation * evidence.innovation, V(SlidingSum<Scalar, kLong>::kMost));
-  }
-};
-
-template <class Scalar, class V>
-struct LanesOf<Directional<Scalar>, V> {
-  using Policy = Directional<Scalar>;
-  V lambda;
-  V epsilon;
-
-  void set(int lane, const Policy& one) {
-    lambda.set(lane, one.lambda);
-    epsilon.set(lane, one.epsilon);
-  }
-  void get(int lane, Policy& one) const {
-    one.lambda = lambda[lane];
-    one.epsilon = epsilon[lane];
-  }
-  EHSID_ALWAYS_INLINE V loss(int /*parameter*/, const V& /*variance*/) const { return V(0); }
-  EHSID_ALWAYS_INLINE void restart(const typename V::Truth& /*where*/) {}
-  EHSID_ALWAYS_INLINE ForgettingFactors<V> peek(const Evidence<V>& /*evidence*/) const {
-    return {V(1), V(1)};
-  }
-  EHSID_ALWAYS_INLINE void accept(const typename V::Truth& /*where*/,
-                                  const Evidence<V>& /*evidence*/) {}
-  template <class Regressor>
-  EHSID_ALWAYS_INLINE typename V::Truth filters(int n, const Regressor& phi) const {
-    V sum = phi[0] * phi[0];
-    EHSID_UNROLL
-    for (int i = 1; i < n; ++i) {
-      sum += phi[static_cast<std::size_t>(i)] * phi[static_cast<std::size_t>(i)];
-    }
-    return sum < epsilon;
-  }
-  template <int kN>
-  EHSID_ALWAYS_INLINE void spread(UdFactors<V, kN>& factors, const Array<V, kN>& phi) const {
-    const V held = factors.information_along(phi);
-    Array<V, kN> direction = phi;
-    factors.add_rank_one((V(1) - lambda) / (lambda * held), direction);
-  }
-};
-
-template <class Scalar, int kN, class V>
-struct LanesOf<RandomWalk<Scalar, kN>, V> {
-  using Policy = RandomWalk<Scalar, kN>;
-  Array<V, kN> drift;
-
-  template <int kOther>
-  void set(int lane, const RandomWalk<Scalar, kOther>& one) {
-    for (std::size_t i = 0; i < drift.size(); ++i) {
-      drift[i].set(lane, one.drift[i]);
-    }
-  }
-  template <int kOther>
-  void get(int lane, RandomWalk<Scalar, kOther>& one) const {
-    for (std::size_t i = 0; i < drift.size(); ++i) {
-      one.drift[i] = drift[i][lane];
-    }
-  }
-  EHSID_ALWAYS_INLINE V loss(int parameter, const V& variance) const {
-    const V added = drift[static_cast<std::size_t>(parameter)];
-    return added / (variance + added);
-  }
-  EHSID_ALWAYS_INLINE void restart(const typename V::Truth& /*where*/) {}
-  EHSID_ALWAYS_INLINE ForgettingFactors<V> peek(const Evidence<V>& /*evidence*/) const {
-    return {V(1), V(1)};
-  }
-  EHSID_ALWAYS_INLINE void accept(const typename V::Truth& /*where*/,
-                                  const Evidence<V>& /*evidence*/) {}
-  EHSID_ALWAYS_INLINE void spread(UdFactors<V, kN>& factors, const Array<V, kN>& /*phi*/) const {
-    const int n = factors.size();
-    EHSID_UNROLL
-    for (int i = 0; i < n; ++i) {
-      factors.add_variance(i, drift[static_cast<std::size_t>(i)]);
-    }
   }
 };
 

@@ -245,22 +245,19 @@ class Recursions {
     }
     const Truth starving = (margin_ > zero) & (least < V(Account::kStarved));
     const Truth waits = old.waited < one;
-    Truth dull = ~(s > zero) & (given_margin_ != zero);
-    if constexpr (Recursion::Forgetting::kFilters) {
-      dull = dull | forgetting_.filters(n, phi);
-    }
+    const Truth dull = ~(s > zero) & (given_margin_ != zero);
     V before = lambda.before * old.postponed;
     if (occurs(taken & (starving | waits | dull))) {
       const V known = with_freedom(old, old.usual_square);
       const Truth surprising = (old.weight <= V(Scalar(n + 1))) |
                                (recent > V(Recursion::kSurprise) * known + rounding() * power);
       frozen = starving & ~surprising;
-      const V loss = least_loss(old);
+      const V lost = loss(old);
       const Truth idle = frozen & ~(old.waited > V(Account::kLongest));
-      Truth skipped = taken & (dull | (idle & (s < margin_ * loss)));
+      Truth skipped = taken & (dull | (idle & (s < margin_ * lost)));
       if (any(skipped)) {
         const V start = variance_at_start(phi);
-        const V wanted_information = margin_ * loss;
+        const V wanted_information = margin_ * lost;
         const Truth overdue = (start > V(Recursion::kFullSize)) &
                               ((recent > V(Recursion::kUnpredicted) * power) |
                                (least_variance(old) * start < wanted_information));
@@ -269,7 +266,7 @@ class Recursions {
         old.innovation = select(skipped, innovation, old.innovation);
         old.recent_square = select(skipped, recent, old.recent_square);
         lose_information(skipped, old);
-        lower_residual_variance(skipped, s, recent, power, start, loss, old);
+        lower_residual_variance(skipped, s, recent, power, start, lost, old);
         status = select(skipped, Count(code(Status::no_information)), status);
         taken = taken & ~skipped;
         if (!any(taken)) {
@@ -278,7 +275,7 @@ class Recursions {
       }
       // Postponed where frozen, else made up.
       const V all_postponed = old.postponed * lambda.before * lambda.after;
-      const V longer = old.waited * (one - loss);
+      const V longer = old.waited * (one - lost);
       postponed = select(frozen, larger(all_postponed, V(Account::kLongest)), one);
       waited = select(frozen, larger(longer, V(Account::kLongest)), one);
       before = select(frozen, one, before);
@@ -288,20 +285,10 @@ class Recursions {
     lambda.before = before;
 
     next.factors.resize(n);
-    if constexpr (Recursion::Forgetting::kSpreads) {
-      next.factors.keep(old.factors);
-      forgetting_.spread(next.factors, phi);
-      if (!kOrdinary && any(taken & frozen)) {
-        choose(frozen, old.factors, next.factors);
-      }
-      s = next.factors.project(phi, gain);
-      square = select(frozen, square, normalise(innovation, lambda.before, s));
-    }
     // (13)
-    const Factors& prior = Recursion::Forgetting::kSpreads ? next.factors : old.factors;
     const V shrink = lambda.before * lambda.after;
     Regressors& variances = variances_;
-    const V alpha = next.factors.measure(prior, gain, lambda.before, shrink, variances);
+    const V alpha = next.factors.measure(old.factors, gain, lambda.before, shrink, variances);
     V mean = variances[0] * ceiling_weight_[0];
     EHSID_UNROLL
     for (int i = 1; i < n; ++i) {
@@ -345,13 +332,12 @@ class Recursions {
     const auto put = [&](V& to, const V& value, const V& from) EHSID_INLINE_LAMBDA {
       to = kOrdinary ? value : select(kept, value, from);
     };
-    const V fresh = fresh_share(old);
+    const V lost = loss(old);
     EHSID_UNROLL
     for (int i = 0; i < n; ++i) {
       const V off = gain[at(i)] * gain[at(i)] * alpha;
       const V share = old.regained[at(i)];
-      const V all = share + (off / (variances[at(i)] * shrink + off) -
-                             loss(i, variances[at(i)], fresh) * share);
+      const V all = share + (off / (variances[at(i)] * shrink + off) - lost * share);
       put(next.regained[at(i)], smaller(all, one), share);
       put(next.gain[at(i)], gain[at(i)], old.gain[at(i)]);
     }
@@ -438,12 +424,8 @@ class Recursions {
     return mean * of.weight / larger(of.weight - V(Scalar(size())) * weight_share(of), V(1));
   }
 
-  EHSID_ALWAYS_INLINE V fresh_share(const Numbers& of) const {
-    return V(1) / (of.weight + V(Scalar(2 * size())));
-  }
-
-  EHSID_ALWAYS_INLINE V loss(int i, const V& variance, const V& fresh) const {
-    return larger(forgetting_.loss(i, variance), fresh);
+  EHSID_ALWAYS_INLINE V loss(const Numbers& of) const {
+    return larger(forgetting_.loss(), V(1) / (of.weight + V(Scalar(2 * size()))));
   }
 
   EHSID_ALWAYS_INLINE static V variance(const Numbers& of, int i) {
@@ -457,24 +439,10 @@ class Recursions {
     return sum;
   }
 
-  EHSID_ALWAYS_INLINE V least_loss(const Numbers& of) const {
-    const V fresh = fresh_share(of);
-    if constexpr (!Recursion::Forgetting::kSpreads) {
-      return loss(0, V(0), fresh);
-    } else {
-      V least(1);
-      for (int i = 0; i < size(); ++i) {
-        least = smaller(loss(i, variance(of, i), fresh), least);
-      }
-      return least;
-    }
-  }
-
   EHSID_ALWAYS_INLINE void lose_information(const Truth& where, Numbers& of) const {
-    const V fresh = fresh_share(of);
+    const V lost = loss(of);
     for (int i = 0; i < size(); ++i) {
       V& share = of.regained[static_cast<std::size_t>(i)];
-      const V lost = loss(i, Recursion::Forgetting::kSpreads ? variance(of, i) : V(0), fresh);
       V left = share - lost * share;
       left = select(left > V(Account::kNothing), left, V(0));
       share = select(where, left, share);
@@ -501,14 +469,14 @@ class Recursions {
   }
 
   EHSID_ALWAYS_INLINE void lower_residual_variance(const Truth& where, const V& s, const V& recent,
-                                                   const V& power, const V& start, const V& loss,
+                                                   const V& power, const V& start, const V& lost,
                                                    Numbers& of) const {
     const V known =
         select(of.weight > V(Scalar(size() + 1)), with_freedom(of, of.mean_square), V(0));
-    const V wanted = margin_ * loss;
+    const V wanted = margin_ * lost;
     const Truth predicted = recent < V(Recursion::kPredicted) * power;
     Truth lowered = where & (recent * V(Recursion::kFallen) < known) &
-                    (start > V(Recursion::kNoise)) & (s < select(predicted, loss, wanted));
+                    (start > V(Recursion::kNoise)) & (s < select(predicted, lost, wanted));
     if (!any(lowered)) {
       return;
     }

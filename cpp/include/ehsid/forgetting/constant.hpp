@@ -17,8 +17,6 @@ namespace ehsid {
 template <class Scalar>
 struct Constant {
   static constexpr std::uint32_t kId = 1;
-  static constexpr bool kSpreads = false;
-  static constexpr bool kFilters = false;
   static constexpr PolicyInfo kInfo{"constant", "Constant", "constant forgetting factor",
                                     "Eq. (13)"};
 
@@ -34,7 +32,7 @@ struct Constant {
   }
 
   bool valid() const { return settings_valid(*this); }
-  Scalar loss(int /*parameter*/, Scalar /*variance*/) const { return Scalar(1) - lambda; }
+  Scalar loss() const { return Scalar(1) - lambda; }
   void restart() {}
   ForgettingFactors<Scalar> peek(const Evidence<Scalar>& /*evidence*/) const {
     return {lambda, Scalar(1)};

@@ -24,8 +24,6 @@ namespace ehsid {
 template <class Scalar>
 struct ErrorDriven {
   static constexpr std::uint32_t kId = 3;
-  static constexpr bool kSpreads = false;
-  static constexpr bool kFilters = false;
   static constexpr PolicyInfo kInfo{"error_driven", "ErrorDriven",
                                     "a large error shortens the memory",
                                     "Fortescue, Kershenbaum, Ydstie 1981"};
@@ -60,7 +58,7 @@ struct ErrorDriven {
   }
   /// The mean loss a step by design; not that of this step, or the choice of samples to skip would depend on
   /// their errors and bias the residual variance.
-  Scalar loss(int /*parameter*/, Scalar /*variance*/) const { return Scalar(1) / memory; }
+  Scalar loss() const { return Scalar(1) / memory; }
   void restart() {
     mean_square = Scalar(0);
     seen = 0;

@@ -18,8 +18,6 @@ namespace ehsid {
 template <class Scalar>
 struct Exponential {
   static constexpr std::uint32_t kId = 2;
-  static constexpr bool kSpreads = false;
-  static constexpr bool kFilters = false;
   static constexpr PolicyInfo kInfo{
       "exponential", "Exponential",
       "lambda tends to one; does not follow later changes without a reset", "Eq. (15)"};
@@ -49,7 +47,7 @@ struct Exponential {
     return settings_valid(*this) && deficit >= Scalar(0) && deficit <= Scalar(1);
   }
   void restart() { deficit = Scalar(1) - lambda_initial; }
-  Scalar loss(int /*parameter*/, Scalar /*variance*/) const { return next(); }
+  Scalar loss() const { return next(); }
   ForgettingFactors<Scalar> peek(const Evidence<Scalar>& /*evidence*/) const {
     return {Scalar(1) - next(), Scalar(1)};
   }

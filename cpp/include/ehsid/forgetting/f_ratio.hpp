@@ -25,8 +25,6 @@ template <class Scalar, int kShort = 10, int kLong = 100>
 struct FRatio {
   static_assert(kShort < kLong, "the short window must be shorter than the long one");
   static constexpr std::uint32_t kId = 4;
-  static constexpr bool kSpreads = false;
-  static constexpr bool kFilters = false;
   static constexpr PolicyInfo kInfo{
       "f_ratio", "FRatio",
       "forgets where recent errors (10 samples) significantly exceed older ones (100 samples)",
@@ -60,7 +58,7 @@ struct FRatio {
            long_window.usable();
   }
   /// While the errors stay alike nothing is forgotten: nothing to protect.
-  Scalar loss(int /*parameter*/, Scalar /*variance*/) const { return Scalar(0); }
+  Scalar loss() const { return Scalar(0); }
   void restart() {
     short_window = {};
     long_window = {};

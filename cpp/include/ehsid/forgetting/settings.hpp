@@ -6,8 +6,6 @@
 
 #include <ehsid/types.hpp>
 
-#include <type_traits>
-
 namespace ehsid {
 
 /// A forgetting policy in words.
@@ -38,7 +36,7 @@ struct Range {
 };
 
 /// The numbers of `configure` (docs/hil_protocol.md) that carry the settings of the policy.
-inline constexpr int kHilPlaces = 10;
+inline constexpr int kHilPlaces = 8;
 
 /// A setting in words. Its default stands at the member of the policy.
 struct SettingInfo {
@@ -49,30 +47,12 @@ struct SettingInfo {
   int hil_place;  // which of the kHilPlaces numbers carries it; policies share them
 };
 
-/// Has this member of a policy a number for each parameter, and not one for all?
-template <class Member>
-inline constexpr bool kPerParameter =
-    !std::is_arithmetic<typename std::remove_reference<Member>::type>::value;
-
-/// Calls visit(number) for a setting, or for each number of a setting that has one for each parameter.
-template <class Member, class Visit>
-EHSID_ALWAYS_INLINE inline void each_number(Member& setting, Visit visit) {
-  if constexpr (kPerParameter<Member>) {
-    for (auto& number : setting) {
-      visit(number);
-    }
-  } else {
-    visit(setting);
-  }
-}
-
 /// Is every setting of the policy in its range?
 template <class Policy>
 EHSID_ALWAYS_INLINE inline bool settings_valid(const Policy& policy) {
   bool good = true;
   Policy::settings([&](const SettingInfo& setting, auto member) {
-    each_number(member(policy),
-                [&](const auto& number) { good = setting.range.contains(number) && good; });
+    good = setting.range.contains(member(policy)) && good;
   });
   return good;
 }

@@ -61,7 +61,7 @@ def render_c_header(
         the name is not valid in C++, or a number is not finite in float32.
     """
     orders, seed = configuration.orders, configuration.seed
-    members = policy_members(configuration.forgetting, orders.n_parameters)
+    members = policy_members(configuration.forgetting)
     reset = configuration.reset
     # The C structure always has these members. Without a reset they get the C++ defaults, which are
     # valid and not used.

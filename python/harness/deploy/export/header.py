@@ -91,25 +91,16 @@ def _fields(target: str, settings: object, names: Sequence[str]) -> list[str]:
     return lines
 
 
-def policy_type(info: ehsid.PolicyInfo, n: int) -> str:
-    """Returns the type in C++ of a forgetting policy for n parameters."""
-    return f"ehsid::{info.policy.__name__}<float{f', {n}' if info.takes_size else ''}>"
+def policy_type(info: ehsid.PolicyInfo) -> str:
+    """Returns the type in C++ of a forgetting policy."""
+    return f"ehsid::{info.policy.__name__}<float>"
 
 
-def policy_members(forgetting: ehsid.Forgetting, n: int) -> list[tuple[str, float]]:
-    """Returns the members that hold the settings of a policy, in C++ and C, with their values.
-
-    A setting that each of the n parameters has for itself has a member for each.
-    """
-    members = []
-    for setting in forgetting.info.settings:
-        value = getattr(forgetting, setting.name)
-        if setting.per_parameter:
-            values = value * n if len(value) == 1 else value
-            members += [(f"{setting.member}[{i}]", number) for i, number in enumerate(values)]
-        else:
-            members.append((setting.member, value))
-    return members
+def policy_members(forgetting: ehsid.Forgetting) -> list[tuple[str, float]]:
+    """Returns the members that hold the settings of a policy, in C++ and C, with their values."""
+    return [
+        (setting.member, getattr(forgetting, setting.name)) for setting in forgetting.info.settings
+    ]
 
 
 def _settings(configuration: EstimatorConfiguration) -> list[str]:
@@ -119,7 +110,7 @@ def _settings(configuration: EstimatorConfiguration) -> list[str]:
     """
     scaling = ("command_scale", "position_scale", "command_offset", "position_offset")
     lines = _fields("options.scaling", configuration.scaling, scaling)
-    members = policy_members(configuration.forgetting, configuration.orders.n_parameters)
+    members = policy_members(configuration.forgetting)
     lines += [_set(f"options.forgetting.{name}", value) for name, value in members]
     rls = ("information_margin", "covariance_ceiling")
     lines += _fields("options.rls", configuration.rls, rls)
@@ -196,7 +187,7 @@ def render_header(
         version=ehsid.__version__,
         provenance=[comment(line) for line in provenance],
         orders=orders,
-        policy=policy_type(configuration.forgetting.info, orders.n_parameters),
+        policy=policy_type(configuration.forgetting.info),
         settings=_settings(configuration),
         seed=seed,
         upper=[] if seed is None else upper_triangle(seed),

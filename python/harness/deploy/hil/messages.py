@@ -12,7 +12,7 @@ from enum import IntEnum, IntFlag
 import ehsid
 from ehsid.harness.deploy.hil.layout import Field, Message
 
-VERSION = 1
+VERSION = 2
 
 
 class Kind(IntEnum):
@@ -82,8 +82,7 @@ def _forgetting_fields() -> list[Field]:
             settings[place].member,
             "f32",
             "" if settings[place].unit == "1" else settings[place].unit,
-            ", ".join(owners[place])
-            + (", the same for all parameters" if settings[place].per_parameter else ""),
+            ", ".join(owners[place]),
             group="forgetting",
         )
         for place in range(ehsid.HIL_PLACES)

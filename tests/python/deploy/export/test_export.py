@@ -87,19 +87,15 @@ def read_back(text: str) -> EstimatorConfiguration:
     orders = ArxOrders(na, nb, nk, offset=kind[5] is not None)
     n = orders.n_parameters
     given_options: dict[str, dict[str, float]] = {}
-    for group, member, value in re.findall(r"options\.(\w+)\.(\w+(?:\[\d+\])?) = ([^;]+);", text):
+    for group, member, value in re.findall(r"options\.(\w+)\.(\w+) = ([^;]+);", text):
         # A count is written as an integer.
         parsed = number(value) if value.endswith("F") else int(value)
         given_options.setdefault(group, {})[member] = parsed
-    drift = [
-        value for name, value in given_options["forgetting"].items() if name.startswith("drift")
-    ]
     policy = {
         name.replace("lambda", "lambda_") if name == "lambda" else name: value
         for name, value in given_options["forgetting"].items()
-        if not name.startswith("drift")
     }
-    forgetting = getattr(ehsid, kind[4])(drift) if drift else getattr(ehsid, kind[4])(**policy)
+    forgetting = getattr(ehsid, kind[4])(**policy)
     factors, u = array(text, "kFactors0"), np.eye(n)
     above = iter(factors[n:])
     for j in range(n):

@@ -130,18 +130,14 @@ POLICIES = [
     ehsid.Exponential(0.97, 0.9),
     ehsid.ErrorDriven(80.0, 0.4, 1e-9),
     ehsid.FRatio(1.5, 4.0),
-    ehsid.Directional(0.93, 2e-4),
-    ehsid.RandomWalk(3e-5),
 ]
-# lambda, lambda0, lambda_initial, memory, lambda_min, noise_variance, eta, critical_ratio, epsilon,
-# drift: those of other policies are 0.
+# lambda, lambda0, lambda_initial, memory, lambda_min, noise_variance, eta, critical_ratio:
+# those of other policies are 0.
 NUMBERS: list[dict[int, float]] = [
     {0: 0.98},
     {1: 0.97, 2: 0.9},
     {3: 80.0, 4: 0.4, 5: 1e-9},
     {6: 1.5, 7: 4.0},
-    {0: 0.93, 8: 2e-4},
-    {9: 3e-5},
 ]
 
 
@@ -257,16 +253,6 @@ def test_a_bad_number_of_the_estimate_is_named() -> None:
     start.d[2] = math.nan
     made = configuration(EstimatorConfiguration(ArxOrders(2, 2), seed=start))
     with pytest.raises(ValueError, match=r"d\[2\] of the estimate to start from = nan"):
-        made.body()
-
-
-def test_one_drift_for_all_parameters() -> None:
-    alike = ehsid.RandomWalk([2e-4] * 4)
-    made = configuration(EstimatorConfiguration(ArxOrders(2, 2), forgetting=alike))
-    assert made.body()[5 + 16 + 36 : 5 + 16 + 40] == single(2e-4)
-    differ = ehsid.RandomWalk([2e-4, 1e-4, 2e-4, 2e-4])
-    made = configuration(EstimatorConfiguration(ArxOrders(2, 2), forgetting=differ))
-    with pytest.raises(ValueError, match=r"drift = .*: the line carries one"):
         made.body()
 
 

@@ -359,8 +359,8 @@ def test_garbage_before_hello(bench: Bench) -> None:
 
 def test_another_version(bench: Bench) -> None:
     session = bench.session()
-    bench.target.version = 2
-    with pytest.raises(HilError, match=r"speaks version 2 of the line, this host version 1: bring"):
+    bench.target.version = 1
+    with pytest.raises(HilError, match=r"speaks version 1 of the line, this host version 2: bring"):
         session.hello()
 
 
@@ -368,10 +368,10 @@ def test_what_the_firmware_does_not_hold_is_not_sent(bench: Bench) -> None:
     session = bench.session()
     session.hello()
     made = configuration()
-    other = replace(made.estimator, orders=ArxOrders(3, 2), forgetting=ehsid.Directional())
+    other = replace(made.estimator, orders=ArxOrders(3, 2), forgetting=ehsid.Exponential())
     with pytest.raises(
         HilError,
-        match=r"fake has no Directional forgetting \(it holds Constant, FRatio\) and no estimator "
+        match=r"fake has no Exponential forgetting \(it holds Constant, FRatio\) and no estimator "
         r"of 5 parameters \(it holds 4, 6, 7\)",
     ):
         session.configure(replace(made, estimator=other))

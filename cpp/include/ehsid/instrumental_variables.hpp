@@ -1,28 +1,31 @@
 // SPDX-License-Identifier: MIT
-// Estimators for a noisy position sensor: y(k) = x(k) + v(k), A(q^-1) x(k) = q^-nk B(q^-1) u(k).
+// Estimator for a noisy position sensor: y(k) = x(k) + v(k), A(q^-1) x(k) = q^-nk B(q^-1) u(k).
 //
 // There y in the regressor of least squares carries the noise that is also in the equation error A v, and the estimate is
 // biased whatever the number of samples. Here a running model computes x from the command alone, and x takes the place
-// of y:
+// of y in the instrument psi:
 //
 //   z(k)   = (-x(k-1) .. -x(k-na), u(k-nk) .. u(k-nk-nb+1) [, 1])       x of the running model
 //   psi(k) = z(k) / F(q^-1),    F(q^-1) = A(fading q^-1) of the running model
+//   epsilon(k) = (y(k) - phi'(k) theta(k-1)) / F,                       phi as in Eq. (8) with the measured y
+//   theta(k) = theta(k-1) + P(k) psi(k) epsilon(k),   P^-1(k) = lambda(k) P^-1(k-1) + psi(k) psi'(k)
 //
-// InstrumentalVariables: epsilon(k) = (y(k) - phi'(k) theta(k-1)) / F, phi as in Eq. (8) with the measured y; the refined
-//   instrumental variable method in its symmetric form.
-//   Source: P. C. Young, Recursive Estimation and Time-Series Analysis, 2nd ed., Springer 2011, ch. 7.
-// OutputError: epsilon(k) = y(k) - z'(k) theta(k-1), which psi is minus the gradient of.
-//   Source: L. Ljung, T. Soderstrom, Theory and Practice of Recursive Identification, MIT Press 1983, sec. 3.7.
+// This is the refined instrumental variable method in its symmetric form.
+// Source: P. C. Young, Recursive Estimation and Time-Series Analysis, 2nd ed., Springer 2011, ch. 7.
 //
-// For constant parameters both errors are y - x, but for what F makes of A: epsilon = (A / F) v for the first. Therefore
-// it forgets an error of the running model at the start, and the second keeps it as long as the slowest pole of the plant:
-// a thousand samples on model (16). The mathematics and what was measured are in docs/which_estimator.md.
+// The last line is Eqs. (13)-(14) with psi for phi. So the update of rls.hpp is used as it is, with the prediction of this
+// model in place of psi' theta. UD factors, forgetting policies, guards, compensated sums and sigma^2 are those of least
+// squares. The mathematics and what was measured are in docs/which_estimator.md.
 #pragma once
 
 #include <ehsid/arx.hpp>
 #include <ehsid/arx_estimator.hpp>
 #include <ehsid/forgetting.hpp>
-#include <ehsid/gradient_recursion.hpp>
+#include <ehsid/gradient_options.hpp>
+#include <ehsid/polynomial.hpp>
+#include <ehsid/rls.hpp>
+
+#include <cmath>
 
 namespace ehsid {
 
@@ -57,43 +60,53 @@ struct RunningModelState {
 
 /// Recursion and running model.
 template <class Scalar, int kNa, int kN, class Forgetting>
-struct OutputErrorState {
+struct InstrumentalState {
   RlsState<Scalar, kN, Forgetting> recursion;
   RunningModelState<Scalar, kNa, kN> running;
-  Scalar directions;  // that the samples show, see GradientRecursion::learn()
+  Scalar directions;  // that the samples show, see InstrumentalVariables::learn()
 
   template <class Visit>
   EHSID_ALWAYS_INLINE static constexpr void fields(Visit visit) {
-    visit(&OutputErrorState::recursion);
-    visit(&OutputErrorState::running);
-    visit(&OutputErrorState::directions);
+    visit(&InstrumentalState::recursion);
+    visit(&InstrumentalState::running);
+    visit(&InstrumentalState::directions);
   }
 };
+
+/// All `count` of these squarable, i.e. fit to be kept in a filter?
+template <class Values>
+bool all_squarable(int count, const Values& values) {
+  bool good = true;
+  for (int i = 0; i < count; ++i) {
+    good = is_squarable(entry(values, i)) && good;
+  }
+  return good;
+}
 
 /// The recursion for noise of the position sensor, see the top of the file. Takes the place of Rls in OnlineEstimator.
 ///
 /// kNa: past outputs in the regressor, its first entries. kN: all parameters. Both > 0, or both up_to(most).
-/// kInstruments: instrumental variables; otherwise output error. update() is transactional: the whole step is computed,
-/// checked, and only then kept.
-template <class Scalar_, int kNa_, int kN_, class Forgetting_, bool kInstruments_>
-class OutputErrorRecursion : public GradientRecursion<Scalar_, kNa_, kN_, false, Forgetting_> {
-  using Base = GradientRecursion<Scalar_, kNa_, kN_, false, Forgetting_>;
-
+/// Forgetting: see forgetting.hpp. update() is transactional: the whole step is computed, checked, and only then kept.
+template <class Scalar_, int kNa_, int kN_, class Forgetting_>
+class InstrumentalVariables {
  public:
   using Scalar = Scalar_;
   using Forgetting = Forgetting_;
   static constexpr int kNa = kNa_;
   static constexpr int kN = kN_;
-  static constexpr bool kInstruments = kInstruments_;
-  using State = OutputErrorState<Scalar, kNa, kN, Forgetting>;
-  using Base::na;
-  using Base::size;
-  using typename Base::Options;
-  using typename Base::Parameters;
-  using typename Base::Regressor;
+  /// This recursion keeps samples and filters of its own: OnlineEstimator tells it the order and where samples are missing.
+  static constexpr bool kFollowsModel = true;
+  static constexpr Scalar kDefaultVariance = Scalar(1e6);
 
-  explicit OutputErrorRecursion(const Forgetting& forgetting = Forgetting{},
-                                const Options& options = Options{}) {
+  using Inner = Rls<Scalar, kN, Forgetting>;
+  using Regressor = Vector<Scalar, kN>;
+  using Parameters = Vector<Scalar, kN>;
+  using Covariance = SquareMatrix<Scalar, kN>;
+  using Options = GradientOptions<Scalar>;
+  using State = InstrumentalState<Scalar, kNa, kN, Forgetting>;
+
+  explicit InstrumentalVariables(const Forgetting& forgetting = Forgetting{},
+                                 const Options& options = Options{}) {
     if (configure(forgetting, options) != Status::ok) {
       static_cast<void>(configure(Forgetting{}, Options{}));
     }
@@ -128,7 +141,7 @@ class OutputErrorRecursion : public GradientRecursion<Scalar_, kNa_, kN_, false,
     if (status == Status::ok) {
       running_ = RunningModelState<Scalar, kNa, kN>{};
       settle();
-      running_.samples = follow(Scalar(1), Scalar(1)) ? last() : 0;
+      running_.samples = follow(Scalar(1), Scalar(1)) ? options_.settling : 0;
     }
     return status;
   }
@@ -174,15 +187,9 @@ class OutputErrorRecursion : public GradientRecursion<Scalar_, kNa_, kN_, false,
         filtered -= f * running_.filtered[static_cast<std::size_t>(lag)];
       }
     }
-    Scalar output = y;
     Scalar predicted(0);
-    if (kInstruments || running_.samples < last()) {
-      output = filtered;
-      for (int i = 0; i < n; ++i) {
-        predicted += (i < outputs ? measured[static_cast<std::size_t>(i)] : psi[i]) * estimated(i);
-      }
-    } else {
-      predicted = inner_.predict(z);
+    for (int i = 0; i < n; ++i) {
+      predicted += (i < outputs ? measured[static_cast<std::size_t>(i)] : psi[i]) * estimated(i);
     }
     if (!all_squarable(n, psi) || !all_squarable(outputs, measured) || !is_squarable(filtered) ||
         !is_squarable(predicted)) {
@@ -190,8 +197,8 @@ class OutputErrorRecursion : public GradientRecursion<Scalar_, kNa_, kN_, false,
     }
     Status status = Status::filling;
     if (!settled || running_.filled >= options_.settling) {
-      status =
-          settled && misled(measured, psi) ? Status::no_information : learn(psi, output, predicted);
+      status = settled && misled(measured, psi) ? Status::no_information
+                                                : learn(psi, filtered, predicted);
     }
     if (is_error(status)) {
       return status;
@@ -216,27 +223,50 @@ class OutputErrorRecursion : public GradientRecursion<Scalar_, kNa_, kN_, false,
     settle();
   }
 
+  /// Number of parameters.
+  int size() const { return inner_.size(); }
+  /// Past outputs in the regressor.
+  int na() const { return past_outputs_.size(); }
+
+  Parameters theta_hat() const { return inner_.theta_hat(); }
+  /// parameter_variance() P is the covariance of theta_hat.
+  Covariance P() const { return inner_.P(); }
+  Regressor gain() const { return inner_.gain(); }
+  /// epsilon(k) of the last step that was not refused.
+  Scalar innovation() const { return inner_.innovation(); }
+  Scalar forgetting_factor() const { return inner_.forgetting_factor(); }
+  Scalar normalised_square() const { return inner_.normalised_square(); }
+  /// sigma^2, the variance of epsilon.
+  Scalar residual_variance() const { return inner_.residual_variance(); }
+  /// As Rls::parameter_variance().
+  Scalar parameter_variance() const { return inner_.parameter_variance(); }
+  /// sqrt(parameter_variance() P_ii); always finite.
+  Parameters standard_deviation() const { return inner_.standard_deviation(); }
+  /// What the monitors of convergence and whiteness judge.
+  const Inner& judged() const { return inner_; }
+
   /// Has the running model taken over, so that the estimate is consistent?
   bool settled() const { return running_.samples >= options_.settling; }
 
   State state() const { return {inner_.state(), running_, directions_}; }
 
   void write_configuration(ByteStream& writer, const ModelShape& of) const {
-    const std::uint8_t method = kInstruments ? 1 : 2;
+    const std::uint8_t method = 1;
     writer.values(&method, 1);
-    write_options(writer, of);
+    inner_.write_configuration(writer, of);
+    stream_fields(writer, of, options_);
   }
 
   /// May this saved state be taken over? See Rls::usable(); the running model must be stable.
   bool usable(const State& saved) const {
     const auto& running = saved.running;
-    return Base::Inner::usable(saved.recursion) && is_variance(saved.directions) &&
+    return Inner::usable(saved.recursion) && is_variance(saved.directions) &&
            all_squarable(capacity(kN), running.model) &&
            all_squarable(capacity(kNa), running.outputs) &&
            all_squarable(running.kOfGradient, running.psi) &&
            all_squarable(running.kOfOutputs, running.measured) &&
            all_squarable(capacity(kNa), running.filtered) && running.samples >= 0 &&
-           running.samples <= last() && running.filled >= 0 &&
+           running.samples <= options_.settling && running.filled >= 0 &&
            running.filled <= options_.settling && all_squarable(capacity(kNa), running.filter) &&
            stable_filter(running.filter) && stable(running.model);
   }
@@ -252,25 +282,56 @@ class OutputErrorRecursion : public GradientRecursion<Scalar_, kNa_, kN_, false,
   }
 
  private:
-  using Base::directions_;
-  using Base::estimated;
-  using Base::inner_;
-  using Base::learn;
-  using Base::options_;
-  using Base::past_outputs_;
-  using Base::restart_directions;
-  using Base::write_options;
-
-  // Instruments: the poles of the running model are 0.999 times those of the estimate, so that an integrator, estimated a
-  // little outside the unit circle, does not run away: a memory of 1000 samples. The output error would feel the
-  // difference; there the measured output holds the model, see kAnchor.
-  static constexpr Scalar kModelFading = kInstruments ? Scalar(0.999) : Scalar(1);
-  // Output error: the model is drawn to the measured output by kAnchor / weight in a sample, at most kMostAnchor.
-  static constexpr Scalar kAnchor = Scalar(10);
-  static constexpr Scalar kMostAnchor = Scalar(0.1);
+  // The poles of the running model are 0.999 times those of the estimate, so that an integrator, estimated a little outside
+  // the unit circle, does not run away: a memory of 1000 samples.
+  static constexpr Scalar kModelFading = Scalar(0.999);
   static constexpr Scalar kMostDifference = Scalar(0.25);
-  // Output error begins after so many times the samples of settling, on the model that instrumental variables gave.
-  static constexpr std::int32_t kLater = 3;
+  static constexpr int kMostDirections = 1000;
+  static constexpr int kMemory = 256;
+  static constexpr int kLeastMemory = 16;
+
+  /// One step with an instrument, the output and its prediction. As Rls::update(); no_information where the estimate rests.
+  ///
+  /// P^-1 weighs `weight` samples, so psi' P psi times the weight is the number of directions that the samples show: on
+  /// average as many as there are parameters, one where the command is held. The estimate rests where the average falls
+  /// below the geometric mean of both: an instrument in one direction says nothing of the others, whatever lambda is.
+  Status learn(const Regressor& psi, Scalar y, Scalar predicted) {
+    const typename Inner::State& state = inner_.state();
+    const int n = size();
+    if (directions_ < least_directions(n)) {
+      Array<Scalar, kN> projected;
+      const Scalar information = state.factors.project(psi, projected);
+      if (!is_finite(information) || !is_finite(y - predicted)) {
+        return Status::numerical_limit;
+      }
+      count_directions(information);
+      return Status::no_information;
+    }
+    const Status status = inner_.update(psi, y, predicted);
+    if (status == Status::ok) {
+      // psi' K = psi' P psi / (lambda + psi' P psi)
+      const Scalar share = dot(n, psi, state.gain);
+      count_directions(share < Scalar(1) ? state.forgetting_factor * share / (Scalar(1) - share)
+                                         : Scalar(kMostDirections));
+    }
+    return status;
+  }
+
+  static Scalar least_directions(int n) {
+    return n > 1 ? std::sqrt(static_cast<Scalar>(n)) : Scalar(0.5);
+  }
+
+  void count_directions(Scalar information) {
+    const Scalar shown = information * inner_.state().weight;
+    const Scalar samples = bounded(inner_.state().weight, Scalar(kLeastMemory), Scalar(kMemory));
+    directions_ += (bounded(shown, Scalar(0), Scalar(kMostDirections)) - directions_) / samples;
+  }
+
+  static Scalar bounded(Scalar value, Scalar least, Scalar most) {
+    return value < least ? least : value < most ? value : most;
+  }
+
+  Scalar estimated(int i) const { return inner_.state().theta[static_cast<std::size_t>(i)]; }
 
   /// Is the instrument too far from the measured regressor? Both filtered; they differ in the first na entries.
   ///
@@ -286,13 +347,8 @@ class OutputErrorRecursion : public GradientRecursion<Scalar_, kNa_, kN_, false,
     return !(inner_.state().factors.project(difference, projected) < kMostDifference);
   }
 
-  /// Where the count of samples ends.
-  std::int32_t last() const {
-    return kInstruments ? options_.settling : kLater * options_.settling;
-  }
-
   void settle() {
-    restart_directions();
+    directions_ = Scalar(kMostDirections);  // as at the start
     running_.samples = 0;
     running_.filled = 0;  // what the old filter kept of the noise would last long in the new one
     running_.filter = repeated_pole<kNa>(na(), options_.start_pole);
@@ -325,7 +381,7 @@ class OutputErrorRecursion : public GradientRecursion<Scalar_, kNa_, kN_, false,
     } else {
       const bool first = next == options_.settling;
       const bool followed = follow(first ? Scalar(1) : options_.model_rate, options_.model_rate);
-      if ((followed || !first) && running_.samples < last()) {
+      if ((followed || !first) && running_.samples < options_.settling) {
         running_.samples = next;
       }
     }
@@ -371,10 +427,6 @@ class OutputErrorRecursion : public GradientRecursion<Scalar_, kNa_, kN_, false,
         const auto at = static_cast<std::size_t>(i);
         x += z[i] * (i < na() ? a[at] : running_.model[at]);
       }
-      if constexpr (!kInstruments) {
-        const Scalar weight = inner_.state().weight;
-        x += (weight * kMostAnchor > kAnchor ? kAnchor / weight : kMostAnchor) * (y - x);
-      }
       x = is_squarable(x) ? x : y;
     }
     for (int i = na() - 1; i >= 0; --i) {
@@ -386,13 +438,13 @@ class OutputErrorRecursion : public GradientRecursion<Scalar_, kNa_, kN_, false,
     running_.filled += running_.filled < options_.settling ? 1 : 0;
   }
 
+  Inner inner_{};
   RunningModelState<Scalar, kNa, kN> running_{};
+  /// Average of psi' P psi times the weight, over the weight in samples, at most kMemory.
+  Scalar directions_ = Scalar(kMostDirections);
+  Options options_{};
+  Extent<kNa> past_outputs_{};
 };
-
-template <class Scalar, int kNa, int kN, class Forgetting>
-using InstrumentalVariables = OutputErrorRecursion<Scalar, kNa, kN, Forgetting, true>;
-template <class Scalar, int kNa, int kN, class Forgetting>
-using OutputError = OutputErrorRecursion<Scalar, kNa, kN, Forgetting, false>;
 
 /// As ArxEstimator, for a noisy position sensor: recursive refined instrumental variables. Needs about 300 samples more
 /// of excitation than least squares. Forgetting: Exponential with lambda0 = 0.995 where the plant stays as it is.
@@ -401,12 +453,5 @@ template <class Scalar, int kNa, int kNb, int kNk, class Forgetting = Exponentia
 using InstrumentalArxEstimator =
     OnlineEstimator<Arx<Scalar, kNa, kNb, kNk, kOffset>, Forgetting,
                     InstrumentalVariables<Scalar, kNa, kNa + kNb + (kOffset ? 1 : 0), Forgetting>>;
-
-/// The same by the output error.
-template <class Scalar, int kNa, int kNb, int kNk, class Forgetting = Exponential<Scalar>,
-          bool kOffset = false>
-using OutputErrorArxEstimator =
-    OnlineEstimator<Arx<Scalar, kNa, kNb, kNk, kOffset>, Forgetting,
-                    OutputError<Scalar, kNa, kNa + kNb + (kOffset ? 1 : 0), Forgetting>>;
 
 }  // namespace ehsid

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: MIT
-"""The recursions for noise that biases least squares, written anew with full matrices and np.roots.
+"""Instrumental variables, written anew with full matrices and np.roots.
 
-Instrumental variables: Young 2011, ch. 7, symmetric form. Output error and ARMAX: Ljung, Soderstrom
-1983, sec. 3.7. No guards but the stability of the running model: a test must not reach the others.
+Young 2011, ch. 7, symmetric form. No guards but the stability of the running model: a test must not
+reach the others.
 """
 
 from __future__ import annotations
@@ -42,10 +42,10 @@ class Gradient:
         self.weight = factor * self.weight + 1.0
         self.weight_square = factor**2 * self.weight_square + 1.0
 
-    def deviation(self, n: int) -> FloatArray:
+    def deviation(self) -> FloatArray:
         share = self.weight_square / self.weight
         variance = self.squares / max(self.weight - share * self.theta.size, 1.0)
-        return np.asarray(np.sqrt(variance * share * np.diag(self.P))[:n])
+        return np.asarray(np.sqrt(variance * share * np.diag(self.P)))
 
 
 class Filter:
@@ -60,25 +60,23 @@ class Filter:
         return w
 
 
-def output_error(
+def instrumental_variables(
     u: FloatArray,
     y: FloatArray,
-    instruments: bool,
     na: int = 3,
     nb: int = 3,
     lambda0: float = 0.995,
     initial: float = 0.98,
     settling: int = 200,
 ) -> Gradient:
-    """Runs riv (instruments) or oe over a record, nk = 1."""
+    """Runs over a record, nk = 1."""
     n = na + nb
     gradient = Gradient(np.full(n, 1e6), lambda0, initial)
     model = np.zeros(n)
     f = np.poly(np.full(na, 0.7))[1:]
     x = y.copy()  # of the running model, behind settling
     filter_z, filter_phi, filter_y = Filter(na, n), Filter(na, n), Filter(na, 1)
-    model_fading = 0.999 if instruments else 1.0
-    taken, later = 0, settling if instruments else 3 * settling
+    taken = 0
     for k in range(max(na, nb), u.size):
         past = np.arange(1, na + 1)
         command = u[k - np.arange(1, nb + 1)]
@@ -88,50 +86,18 @@ def output_error(
         psi, phi_f = filter_z.step(f, z), filter_phi.step(f, phi)
         y_f = filter_y.step(f, y[k : k + 1])[0]
         mixed = np.concatenate((phi_f[:na], psi[na:]))
-        epsilon = y_f - mixed @ gradient.theta
-        if not instruments and taken >= later:
-            epsilon = y[k] - z @ gradient.theta
-        gradient.learn(psi, epsilon)
+        gradient.learn(psi, y_f - mixed @ gradient.theta)
         if taken + 1 < settling:
             taken += 1
         else:
             first = taken + 1 == settling
             next_model = gradient.theta if first else model + 0.03 * (gradient.theta - model)
             next_f = f + 0.03 * (contracted(next_model[:na], 0.99) - f)
-            stable = is_stable(contracted(next_model[:na], model_fading)) and is_stable(next_f)
+            stable = is_stable(contracted(next_model[:na], 0.999)) and is_stable(next_f)
             if stable:
                 model, f = next_model, next_f
             if stable or not first:
-                taken = min(taken + 1, later)
+                taken = min(taken + 1, settling)
         if settled:
-            x[k] = np.concatenate((contracted(model[:na], model_fading), model[na:])) @ z
-            if not instruments:
-                x[k] += min(0.1, 10.0 / gradient.weight) * (y[k] - x[k])
-    return gradient
-
-
-def armax(
-    u: FloatArray,
-    y: FloatArray,
-    na: int = 3,
-    nb: int = 3,
-    lambda0: float = 0.995,
-    initial: float = 0.98,
-    settling: int = 200,
-) -> Gradient:
-    """Runs recursive maximum likelihood with nc = na over a record, nk = 1."""
-    n = na + nb
-    gradient = Gradient(np.concatenate((np.full(n, 1e6), np.full(na, 100.0))), lambda0, initial)
-    c, residuals = np.zeros(na), np.zeros(na)
-    past = np.zeros((na, n + na))
-    for taken, k in enumerate(range(max(na, nb), u.size)):
-        phi = np.concatenate((-y[k - np.arange(1, na + 1)], u[k - np.arange(1, nb + 1)]))
-        extended = np.concatenate((phi, residuals))
-        psi = extended - (contracted(c, 0.99) @ past if taken >= settling else 0.0)
-        gradient.learn(psi, y[k] - extended @ gradient.theta)
-        if is_stable(gradient.theta[n:]):
-            c = gradient.theta[n:].copy()
-        rest = y[k] - phi @ gradient.theta[:n] - residuals @ c
-        residuals = np.concatenate(([rest], residuals[:-1]))
-        past = np.vstack((psi, past[:-1]))
+            x[k] = np.concatenate((contracted(model[:na], 0.999), model[na:])) @ z
     return gradient
