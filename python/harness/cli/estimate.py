@@ -100,17 +100,20 @@ def estimate_command(
 
     K, omega_n and xi come from the estimator for a servo with a noisy position
     sensor, each with a 90 % interval and the share of the record in which it
-    can be trusted; the coefficients come from recursive least squares.
+    can be trusted; the coefficients come from recursive least squares. Orders
+    other than --na 3 --nb 3, or a record without time, have no servo.
 
-    With a folder, each record is estimated as it would be alone, and the
-    coefficients of all are compared: their range, and the records far from
-    the others. A file that cannot be used is named and left out; the exit
-    code is 2 if none can be used. Text is read from .csv, .tsv and .tab; a
-    .txt may be a note.
+    With a folder, each record is estimated as it would be alone, and K,
+    omega_n, xi and the coefficients of all are compared: their range, and the
+    records far from the others. A file that cannot be used is named and left
+    out; the exit code is 2 if none can be used. Text is read from .csv, .tsv
+    and .tab; a .txt may be a note.
 
-    Examples: ehsid estimate rec.csv --na 3 --nb 3 --nk 1
+    Examples: ehsid estimate run.csv --out results
 
-    ehsid estimate logs --na 3 --nb 3 --out results
+    ehsid estimate rec.csv --input u --output y --na 2 --nb 2 --nk 1
+
+    ehsid estimate logs --out results
     """
     import ehsid
     from ehsid.harness.cli.estimate_folder import estimate_folder, is_folder_of_records

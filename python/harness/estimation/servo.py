@@ -82,9 +82,13 @@ class ServoValue:
         """Returns the told value, and whether it is trusted there and at the end, for JSON."""
         value, half = float(self.path[self.at]), float(self.half_path[self.at])
         known = bool(np.isfinite(value) and np.isfinite(half))
+        # An interval ends at 0 at the latest: none of the three changes its sign.
+        ends = [max(value - half, 0.0), value + half]
+        if value < 0.0:
+            ends = [value - half, min(value + half, 0.0)]
         return {
             "value": value if known else None,
-            "ci90": [value - half, value + half] if known else None,
+            "ci90": ends if known else None,
             "trusted": self.trusted,
             "reason_at_end": self.reason.name,
             "trusted_share": self.trusted_share,

@@ -198,7 +198,8 @@ def _records(found: Estimates) -> Section:
 
 
 def _interval(value: float, low: float, high: float) -> str:
-    return "–" if math.isnan(value) else f"{value:.5g} ± {plain_number(0.5 * (high - low), 2)}"
+    half = max(high - value, value - low)  # an interval that ends at 0 is cut on one side
+    return "–" if math.isnan(value) else f"{value:.5g} ± {plain_number(half, 2)}"
 
 
 def _fit(percent: float | None) -> str:

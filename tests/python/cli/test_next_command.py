@@ -52,6 +52,11 @@ def test_identify_estimate_and_export_follow_each_other(record: Path, tmp_path: 
     estimated = run(*following[1:])
     assert ", converged" in estimated.stdout
     assert "What to try" not in estimated.stdout
+    # The servo of model (16) stands before its coefficients.
+    servo, parameters = estimated.stdout.split("parameter ")
+    assert "90 % interval" in servo
+    assert "omega_n" in servo
+    assert "b3" in parameters
     exporting = next_of(estimated.stdout)
     exporting[-1] = str(tmp_path / exporting[-1])
     run(*exporting[1:])

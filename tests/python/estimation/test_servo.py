@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -89,15 +91,16 @@ def test_a_value_is_trusted_at_the_end_or_for_more_than_a_moment(
     trusted = np.zeros(100, dtype=np.bool_)
     trusted[first:end] = True
     share, path = (end - first) / 100, np.arange(100.0)
-    found = ServoValue("K", "", path, path, trusted, share, ehsid.TrustReason[reason])
-    for one in (found, found.told):
+    positive = ServoValue("K", "", path, 2.0 * path, trusted, share, ehsid.TrustReason[reason])
+    for one in (positive, positive.told):
         assert one.to_dict() == {
             "value": float(told_at),
-            "ci90": [0.0, 2.0 * told_at],
+            "ci90": [0.0, 3.0 * told_at],
             "trusted": bool(trusted[told_at]),
             "reason_at_end": reason,
             "trusted_share": share,
         }
+    assert replace(positive, path=-path).to_dict()["ci90"] == [-3.0 * told_at, 0.0]
 
 
 @pytest.mark.parametrize(("na", "dt_s"), [(2, DT_S), (3, None)])
