@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
-// Bytes into restore(): of every policy, in C, and in C++ in float and double. A refusal changes nothing; what is
+// Bytes into restore(): of every policy, in C, and in C++ in float and double; and of ServoEstimator. A refusal changes nothing; what is
 // accepted estimates on, every output is finite, and what it then saves is accepted, too.
 //
-// An input is: the policy; which estimator; how the snapshot is made: the bytes as they are, or a good snapshot with some
+// An input is: the policy, or precision and age of ServoEstimator; which estimator; how the snapshot is made: the bytes as they are, or a good snapshot with some
 // bytes changed; and whether its checksum is made right, so that the checks behind the checksum are reached.
 #include "data.hpp"
 #include "outputs.hpp"
@@ -11,7 +11,9 @@
 
 #include <ehsid/c_api.h>
 #include <ehsid/arx_estimator.hpp>
+#include <ehsid/servo_estimator.hpp>
 
+#include <array>
 #include <vector>
 
 namespace {
@@ -50,9 +52,9 @@ struct Good {
 };
 
 template <class Estimator>
-Good warmed_up(Estimator estimator) {
+Good warmed_up(Estimator estimator, int samples = kWarmUp) {
   Good good;
-  for (int k = 0; k < kWarmUp; ++k) {
+  for (int k = 0; k < samples; ++k) {
     good.plant.advance();
     static_cast<void>(estimator.step(good.plant.command, good.plant.position));
   }
@@ -127,7 +129,7 @@ class InC {
 template <class Estimator>
 class InCpp {
  public:
-  using Scalar = typename Estimator::Parameters::Scalar;
+  using Scalar = typename Estimator::Scalar;
 
   bool step(float command, float position) {
     return !ehsid::is_error(estimator_.step(Scalar(command), Scalar(position)));
@@ -146,8 +148,31 @@ class InCpp {
   }
   void check_outputs() const { fuzz::check_outputs(estimator_); }
 
- private:
+ protected:
   Estimator estimator_;
+};
+
+template <class Scalar>
+class InServo : public InCpp<ehsid::ServoEstimator<Scalar>> {
+ public:
+  InServo() {
+    ehsid::ServoEstimatorOptions<Scalar> options;
+    options.dt_s = Scalar(0.01);
+    fuzz::check(this->estimator_.configure(options) == ehsid::Status::ok,
+                "the defaults are accepted");
+  }
+  void check_outputs() const {
+    const auto told = this->estimator_.servo();
+    for (const auto& value : {told.gain, told.omega_n, told.xi}) {
+      const bool none = value.value != value.value && value.half_width != value.half_width;
+      fuzz::check(none ? !value.trusted
+                       : ehsid::is_finite(value.value) && fuzz::is_magnitude(value.half_width),
+                  "a value and its interval are finite, or there is none");
+      fuzz::check(value.trusted == (value.reason == ehsid::TrustReason::trusted),
+                  "what is not trusted has a reason");
+    }
+    fuzz::check(this->estimator_.resets() >= 0, "resets are counted from 0 on");
+  }
 };
 
 #define FUZZ_KERNEL(policy) EHSID_KERNEL(policy, 6),
@@ -162,12 +187,25 @@ void run_cpp(fuzz::Data& data) {
   run(data, estimator, kGood);
 }
 
+/// Saved while its starts compete, or long after.
+template <class Scalar>
+void run_servo(fuzz::Data& data, bool late) {
+  static const std::array<Good, 2> kGood{warmed_up(InServo<Scalar>{}),
+                                         warmed_up(InServo<Scalar>{}, 10 * kWarmUp)};
+  InServo<Scalar> estimator;
+  run(data, estimator, kGood[late ? 1 : 0]);
+}
+
 }  // namespace
 
 int LLVMFuzzerTestOneInput(const std::uint8_t* bytes, std::size_t count) {
   fuzz::Data data(bytes, count);
   const auto policy = static_cast<std::size_t>(data.up_to(ehsid::kPolicies - 1));
-  const int which = data.up_to(2);
+  const int which = data.up_to(3);
+  if (which == 3) {
+    policy % 2 == 0 ? run_servo<float>(data, policy > 1) : run_servo<double>(data, policy > 1);
+    return 0;
+  }
   if (which == 0) {
     static const std::vector<Good> kGood = [] {
       std::vector<Good> made;

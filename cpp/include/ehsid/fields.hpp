@@ -298,42 +298,6 @@ void write_layout(ByteStream& writer, const ModelShape& of) {
   });
 }
 
-namespace detail {
-
-/// Clears `finite` where a field that it is called with holds a number that is not.
-template <class Owner>
-struct CheckFinite {
-  const Owner& owner;
-  bool& finite;
-
-  template <class Member, class... InUse>
-  EHSID_ALWAYS_INLINE void operator()(Member Owner::* member, InUse... /*in_use*/) const {
-    check(owner.*member);
-  }
-  template <class Value>
-  void check(const Value& value) const {
-    if constexpr (std::is_floating_point_v<Value>) {
-      finite = is_finite(value) && finite;
-    } else if constexpr (kIsArray<Value>) {
-      for (const auto& one : value) {
-        check(one);
-      }
-    } else if constexpr (std::is_class_v<Value>) {
-      each_field<Value>(CheckFinite<Value>{value, finite});
-    }
-  }
-};
-
-}  // namespace detail
-
-/// Are all numbers of the struct finite?
-template <class Owner>
-bool fields_are_finite(const Owner& owner) {
-  bool finite = true;
-  detail::each_field<Owner>(detail::CheckFinite<Owner>{owner, finite});
-  return finite;
-}
-
 /// The settings of a forgetting policy.
 template <class Policy>
 void write_settings(ByteStream& writer, const Policy& policy) {

@@ -158,7 +158,7 @@ class ServoEstimator {
   /// What is known of the servo now.
   EHSID_RARE TrackedServo<Scalar> servo() const {
     TrackedServo<Scalar> told;
-    if (phase_ == Phase::waiting && resets_ == 0) {
+    if (!filter_.started()) {
       return told;
     }
     const auto& state = filter_.state();
@@ -317,22 +317,40 @@ class ServoEstimator {
     const bool same = options_.dt_s == own.dt_s && options_.delay == own.delay &&
                       options_.drift == own.drift && options_.tolerance == own.tolerance &&
                       per_second_ == Scalar(1) / own.dt_s;
-    return same && possible() ? SnapshotFault::none : SnapshotFault::impossible;
+    return same && possible() && saves_as(bytes, count) ? SnapshotFault::none
+                                                        : SnapshotFault::impossible;
   }
 
-  /// Whether the numbers are finite, but for those of starts that were lost, and those are in their ranges that reach into
-  /// arrays or count.
+  /// Whether save() would write these bytes again: of a bool, for one, only two values do.
+  bool saves_as(const std::uint8_t* bytes, std::size_t count) const {
+    std::uint32_t wanted = 0;
+    ByteStream reader = ByteStream::reading(bytes + (count - kChecksumBytes));
+    reader.values(&wanted, 1);
+    SnapshotHeader own = header();
+    ByteStream writer = ByteStream::writing(nullptr);
+    stream_fields(writer, own.shape, own);
+    stream_fields(writer, own.shape, *this);
+    return writer.checksum() == wanted;
+  }
+
+  /// Whether counts and what becomes a whole number are in the ranges in which a step leaves them, and what is told is
+  /// finite. Sums and filters may hold numbers that are not: hostile samples do that, and all begins anew then.
   bool possible() const {
-    bool good = fields_are_finite(filter_) && fields_are_finite(rest_) && fields_are_finite(run_) &&
-                fields_are_finite(sine_) && rest_.possible() && run_.possible() &&
-                filter_.possible(phase_ != Phase::waiting || resets_ > 0) &&
-                phase_ <= Phase::tracking && std::abs(sign_) == Scalar(1) &&
+    bool good = rest_.possible(kLargest) && run_.possible() && sine_.possible() &&
+                filter_.possible() && phase_ <= Phase::tracking &&
+                (phase_ == Phase::waiting || filter_.started()) && std::abs(sign_) == Scalar(1) &&
                 delay_ >= options_.delay && delay_ <= options_.delay + 1 && leader_ >= -1 &&
                 leader_ < kStarts;
-    for (const Scalar number :
-         {before_, reference_, rest_position_, command_square_, least_noise_, thirds_, paths_,
-          pulls_, together_, low_, high_, peak_, last_[0], last_[1], last_[2]}) {
-      good = is_finite(number) && good;
+    for (const auto& one : bank_) {
+      good = one.possible() && good;
+    }
+    for (const Scalar sum :
+         {command_square_, least_noise_, thirds_, paths_, pulls_, together_, peak_}) {
+      good = is_finite(sum) && good;
+    }
+    for (const Scalar position :
+         {before_, reference_, rest_position_, low_, high_, last_[0], last_[1], last_[2]}) {
+      good = std::abs(position) <= kLargest && good;
     }
     for (const Scalar command : commands_) {
       good = std::abs(command) <= kLargest && good;
@@ -340,6 +358,11 @@ class ServoEstimator {
     for (const std::int32_t count :
          {averaged_, waited_, peak_samples_, tracked_, settling_, cooling_, resets_}) {
       good = count >= 0 && count <= kMostSamples && good;
+    }
+    const TrackedServo<Scalar> told = servo();
+    for (const auto* value : {&told.gain, &told.omega_n, &told.xi}) {
+      const bool none = value->value != value->value;
+      good = (none || (is_finite(value->value) && is_finite(value->half_width))) && good;
     }
     return good;
   }
@@ -478,6 +501,7 @@ class ServoEstimator {
     filter_ = bank_[static_cast<std::size_t>(best)];
     delay_ = options_.delay + (best >= kRates ? 1 : 0);
     if (!filter_.finite()) {
+      filter_ = {};  // it has nothing to tell
       return again();
     }
     if (samples >= 40) {
@@ -576,6 +600,7 @@ class ServoEstimator {
     const Scalar damping = filter_.state().damping;
     filter_.update(measured, with);
     if (!filter_.finite()) {
+      filter_ = {};  // it has nothing to tell
       return again();
     }
     // The coefficients follow the parameters where these have moved, and at times in any case.

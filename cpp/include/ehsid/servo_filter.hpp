@@ -81,6 +81,11 @@ class ServoFilter {
   /// Innovations count up to this many deviations; from the fourth in a row on the plant has changed and they count.
   static constexpr Scalar kLimit = Scalar(4);
   static constexpr int kPatience = 4;
+  /// Where omega_n dt and xi are kept.
+  static constexpr Scalar kLeastRate = Scalar(1e-4);
+  static constexpr Scalar kMostRate = Scalar(20);
+  static constexpr Scalar kLeastDamping = Scalar(0.01);
+  static constexpr Scalar kMostDamping = Scalar(5);
 
   const State& state() const { return state_; }
   State& state() { return state_; }
@@ -232,8 +237,8 @@ class ServoFilter {
     state_.rate *= factor(gain[4] * normalised);
     state_.damping *= factor(gain[5] * normalised);
     state_.bias += gain[6] * normalised;
-    state_.rate = between(state_.rate, Scalar(1e-4), Scalar(20));
-    state_.damping = between(state_.damping, Scalar(0.01), Scalar(5));
+    state_.rate = between(state_.rate, kLeastRate, kMostRate);
+    state_.damping = between(state_.damping, kLeastDamping, kMostDamping);
     EHSID_UNROLL
     for (int i = 0; i < kStates; ++i) {
       EHSID_UNROLL
@@ -259,12 +264,16 @@ class ServoFilter {
     visit(&ServoFilter::transition_);
   }
 
-  /// Whether a finite state that was read can be one of a filter; in_use: one that was started.
-  bool possible(bool in_use) const {
+  /// Whether a state that was read can be one of a filter, but for numbers that are not finite: those of one that was
+  /// started and lost need not be.
+  bool possible() const {
     return state_.outliers >= 0 && state_.outliers <= 1000 && state_.samples >= 0 &&
-           (!in_use || (state_.gain > Scalar(0) && state_.rate > Scalar(0) &&
-                        state_.damping > Scalar(0) && state_.noise > Scalar(0)));
+           state_.samples <= 2000000000 &&
+           (!started() || (!(state_.rate < kLeastRate) && !(state_.rate > kMostRate) &&
+                           !(state_.damping < kLeastDamping) && !(state_.damping > kMostDamping)));
   }
+  /// Whether start() was called.
+  bool started() const { return state_.rate != Scalar(0); }
 
   /// Whether every number of the state is finite.
   bool finite() const {

@@ -69,10 +69,15 @@ class RestDetector {
     visit(&RestDetector::known_);
   }
 
-  /// Whether a state that was read can be one of a detector.
-  bool possible() const {
-    return block_ >= 4 && count_ >= 0 && count_ < block_ && seen_ >= 0 && seen_ <= 3 &&
-           calm_ >= 0 && calm_ <= 2 && noise_ >= Scalar(0);
+  /// Whether a state that was read can be one of a detector of positions up to `largest`.
+  bool possible(Scalar largest) const {
+    bool good = block_ >= 4 && count_ >= 0 && count_ < block_ && seen_ >= 0 && seen_ <= 3 &&
+                calm_ >= 0 && calm_ <= 2 && noise_ >= Scalar(0) && is_finite(noise_) &&
+                is_finite(squares_);
+    for (const Scalar position : {low_, high_, last_[0], last_[1], last_[2]}) {
+      good = std::abs(position) <= largest && good;
+    }
+    return good;
   }
 
   /// There was a movement.

@@ -47,8 +47,8 @@ class SingleSine {
     const auto apart = static_cast<Scalar>(spacing);
     square_ = x * (Scalar(1) + x / Scalar(12)) / (apart * apart);
     samples_not_sine_ = sine() || !known() ? 0 : samples_not_sine_ + spacing;
-    if (samples_not_sine_ > 1000000000) {
-      samples_not_sine_ = 1000000000;
+    if (samples_not_sine_ > kMostCount) {
+      samples_not_sine_ = kMostCount;
     }
   }
 
@@ -72,10 +72,18 @@ class SingleSine {
     visit(&SingleSine::samples_not_sine_);
   }
 
+  /// Whether a state that was read can be one of a command.
+  bool possible() const {
+    return count_ >= 0 && count_ <= kMostCount && samples_not_sine_ >= 0 &&
+           samples_not_sine_ <= kMostCount;
+  }
+
   /// Square of the angle of the sine in one sample.
   Scalar squared_angle() const { return square_; }
 
  private:
+  static constexpr std::int32_t kMostCount = 1000000000;
+
   bool known() const { return weight_ > Scalar(8); }
 
   Scalar last_ = Scalar(0);
