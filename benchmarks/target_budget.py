@@ -20,14 +20,14 @@ import tempfile
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
-from target_tables import METHODS, NAMES, POLICIES, document
+from target_tables import METHODS, NAMES, POLICIES, SERVO, document
 
 ROOT = Path(__file__).parents[1]
 PROGRAM = ROOT / "benchmarks" / "target"
 PORT = ROOT / "examples" / "firmware" / "port" / "mps2"
 COUNTS = range(2, 11)
 LEVELS = ("2", "s")
-WHOLE = tuple(f"whole_{form}" for form in (*POLICIES, *METHODS))
+WHOLE = tuple(f"whole_{form}" for form in (*POLICIES, *METHODS, *SERVO))
 INSTRUCTIONS_PER_TICK = 40.0 / 32.0
 FLAGS = [
     *("-mthumb", "-mfloat-abi=hard", "-std=c++17"),

@@ -23,6 +23,11 @@ METHODS = {
     "armax": "`ArmaxArxEstimator`, `Exponential`",
 }
 
+SERVO = {
+    "servo": "`ServoEstimator`",
+    "servo_start": "`ServoEstimator`, while its twelve starts compete",
+}
+
 M4F, M7 = "Cortex-M4F", "Cortex-M7"
 
 HEAD = """# What an update costs on the target
@@ -150,7 +155,7 @@ def memory(rows: list[Row], level: str) -> str:
 def whole(rows: list[Row]) -> str:
     """The estimator as a controller calls it."""
     body = []
-    for form, name in ({policy: NAMES[policy] for policy in POLICIES} | METHODS).items():
+    for form, name in ({policy: NAMES[policy] for policy in POLICIES} | METHODS | SERVO).items():
         for level in ("2", "s"):
             r = find(rows, f"whole_{form}", 6, level)
             body.append(
@@ -165,8 +170,9 @@ def whole(rows: list[Row]) -> str:
         "## The whole estimator\n\n`ArxEstimator<float, 3, 3, 1, Policy>::step(command, "
         "position)` includes scaling, regressor, recursion, reset and convergence. "
         '"Instructions" is the mean of 400 samples, and "most" is the largest. With `FRatio`, the '
-        "largest is the sample at which it sums up a window. The last three estimators are for "
-        "noise that biases least squares ([which_estimator.md](which_estimator.md)). "
+        "largest is the sample at which it sums up a window. The estimators below it are for noise "
+        "that biases least squares ([which_estimator.md](which_estimator.md)). `ServoEstimator` is "
+        "no ARX model; of its RAM 2.9 kB are those of its starts. "
         "`ArmaxArxEstimator` has nine parameters, three of them for the noise.\n\n"
         + table(["n = 6", "instructions", "most", "flash", "RAM", "stack", "(static)"], body)
     )

@@ -43,6 +43,23 @@ struct Settled : Estimator {
   }
 };
 
+/// K, omega_n and xi, once one start is in charge.
+struct Servo : ehsid::ServoEstimator<float> {
+  explicit Servo(float dt_s = 0.05F) {
+    ehsid::ServoEstimatorOptions<float> options;
+    options.dt_s = dt_s;
+    static_cast<void>(this->configure(options));
+  }
+  int update_with(const Input& input) {
+    return static_cast<int>(this->step(input.servo_command, input.servo_position));
+  }
+};
+
+/// While its starts compete, which they do for 1.5 s.
+struct ServoStart : Servo {
+  ServoStart() : Servo(0.001F) {}
+};
+
 /// Eqs. (12)-(14) on a full matrix, as one writes them with Eigen; without any check or guard.
 struct Dense {
   Vector theta = Vector::Zero();
@@ -100,6 +117,12 @@ EHSID_EACH_POLICY(EHSID_FORMS_OF)
 using whole_riv = Settled<ehsid::InstrumentalArxEstimator<float, 3, 3, 1>>;
 using whole_oe = Settled<ehsid::OutputErrorArxEstimator<float, 3, 3, 1>>;
 using whole_armax = Settled<ehsid::ArmaxArxEstimator<float, 3, 3, 1>>;
+using whole_servo = Servo;
+using whole_servo_start = ServoStart;
+
+constexpr std::int32_t first(const Servo* /*form*/) { return 1200; }
+constexpr std::int32_t first(const ServoStart* /*form*/) { return 400; }
+constexpr std::int32_t first(const void* /*form*/) { return 150; }
 }  // namespace forms
 
 using Measured = forms::EHSID_FORM;
@@ -112,4 +135,5 @@ int measured_update(void* storage, const Input& input) {
   return static_cast<Measured*>(storage)->update_with(input);
 }
 const std::uint32_t measured_bytes = sizeof(Measured);
+const std::int32_t measured_first = forms::first(static_cast<Measured*>(nullptr));
 }

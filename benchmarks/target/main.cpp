@@ -9,8 +9,6 @@
 
 namespace {
 
-constexpr int kFirst =
-    150;  // samples before those that count: windows are full, P is no longer vague
 constexpr int kSamples = 400;  // four times the longest window of a policy
 constexpr std::uint32_t kPaint = 0xA5C3965AU;
 constexpr int kPainted = 1024;  // words
@@ -30,6 +28,16 @@ class Source {
     const firmware::Sample sample = servo_.next();
     input.command = sample.command;
     input.position = sample.position;
+    if (samples_++ % 6 == 0) {  // a command of random steps
+      held_ = sample.command * (1.0F + 0.3F * random());
+    }
+    input.servo_command = held_;
+    input.servo_position = x_ + 1e-3F * random();
+    for (int i = 0; i < 50; ++i) {  // Euler steps of 1 ms
+      x_ += 0.001F * v_;
+      v_ += 0.001F * a_;
+      a_ += 0.001F * (169.0F * (0.3F * held_ - v_) - 12.2F * a_);
+    }
   }
 
  private:
@@ -40,6 +48,11 @@ class Source {
 
   std::uint32_t word_ = 1;
   firmware::Signal servo_;
+  float held_ = 0.0F;
+  float x_ = 0.0F;
+  float v_ = 0.0F;
+  float a_ = 0.0F;
+  int samples_ = 0;
 };
 
 /// Words below the caller's frame that an update writes to, at its deepest.
@@ -77,9 +90,9 @@ int main() {
   std::uint32_t most = 0;
   std::uint32_t stack = 0;
   std::uint32_t updates = 0;
-  for (int k = 0; k < kFirst + 2 * kSamples; ++k) {
+  for (int k = 0; k < measured_first + 2 * kSamples; ++k) {
     source.next(input);
-    if (k >= kFirst + kSamples) {
+    if (k >= measured_first + kSamples) {
       const std::uint32_t used = stack_of_update(input);
       stack = used > stack ? used : stack;
       continue;
@@ -91,7 +104,7 @@ int main() {
     const int status = measured_update(storage, input);
     __asm__ volatile("dsb\n isb" ::: "memory");
     const std::uint32_t ticks = port::cycles() - before;
-    if (k >= kFirst && status == 0) {
+    if (k >= measured_first && status == 0) {
       sum += ticks;
       most = ticks > most ? ticks : most;
       ++updates;

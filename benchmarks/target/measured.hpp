@@ -11,9 +11,11 @@ constexpr int kN = EHSID_N;
 /// One sample, in the two shapes that forms ask for.
 struct Input {
   ehsid::Vector<float, kN> phi;
-  float y;         // of phi, plus noise
-  float command;   // of a servo, model (16)
-  float position;  // of the same
+  float y;               // of phi, plus noise
+  float command;         // of a servo, model (16)
+  float position;        // of the same
+  float servo_command;   // of a servo of third order, 13 rad/s and xi 0.47, every 50 ms
+  float servo_position;  // of the same, with noise of its sensor
 };
 
 }  // namespace budget
@@ -24,4 +26,6 @@ void measured_start(void* storage);
 int measured_update(void* storage, const budget::Input& input);
 /// Size of the storage.
 extern const std::uint32_t measured_bytes;
+/// Samples before those that count: windows are full, and P is no longer vague.
+extern const std::int32_t measured_first;
 }
