@@ -68,6 +68,20 @@ class AnyServoEstimator : public OneThread {
         held_);
   }
 
+  /// The coefficients of Eq. (6) and their covariance; of NaN before there are values.
+  py::tuple model() const {
+    Vector<double, 6> theta = Vector<double, 6>::Constant(std::numeric_limits<double>::quiet_NaN());
+    SquareMatrix<double, 6> covariance =
+        SquareMatrix<double, 6>::Constant(std::numeric_limits<double>::quiet_NaN());
+    const Status status = std::visit(
+        [&](const auto& estimator) { return estimator->model(theta, covariance); }, held_);
+    if (is_error(status)) {
+      throw py::value_error("ServoEstimator.model: a coefficient of Eq. (6) is not finite");
+    }
+    return py::make_tuple(py::array_t<double>(6, theta.data()),
+                          py::array_t<double>({6, 6}, covariance.data()));
+  }
+
   bool resting() const {
     return std::visit([](const auto& estimator) { return estimator->resting(); }, held_);
   }
@@ -280,6 +294,17 @@ Status
     filling before the first motion, no_information at rest, reset where all begins anew. A sample that
     is not finite or not plausible is refused without an exception: see is_error().)")
       .def("servo", &AnyServoEstimator::servo, "What is known now, as a TrackedServo.")
+      .def(
+          "model", &AnyServoEstimator::model,
+          R"(The discrete model of servo(): Eq. (6), the coefficients of an ArxEstimator of order 3, 3.
+
+Returns
+-------
+theta : array, shape (6,)
+    a1, a2, a3, b1, b2, b3, where b1 belongs to the command of `delay` samples ago. float64. NaN before
+    there are values.
+covariance : array, shape (6, 6)
+    J P J', of rank 3: K, omega_n and xi decide all six. Its intervals are those of servo().)")
       .def(
           "run",
           [](AnyServoEstimator& self, const py::object& command, const py::object& position) {

@@ -213,13 +213,30 @@ Status continuous_servo(const ServoParameters<Scalar>& p, ContinuousServo<Scalar
   return Status::ok;
 }
 
-/// Zero-order hold of (5), Eq. (6): theta = (a1, a2, a3, b1, b2, b3).
+namespace detail {
+
+/// Eq. (6) of what a part of the sampled servo says: its value, or one of its derivatives. one: 1 for the value, which has the
+/// constants of (z - 1)(z^2 + q1 z + q2) with q1 = Q(1) - 1 - q2, multiplied out; 0 for a derivative.
+template <class Scalar>
+Vector<Scalar, 6> servo_coefficients(Scalar one, Scalar q_at_one, Scalar q2, Scalar b1, Scalar b3,
+                                     Scalar step) {
+  Vector<Scalar, 6> theta;
+  theta << (q_at_one - Scalar(2) * one) - q2, (one - q_at_one) + Scalar(2) * q2, -q2, step * b1,
+      step * ((q_at_one - b1) - b3), step * b3;
+  return theta;
+}
+
+}  // namespace detail
+
+/// Zero-order hold of (5), Eq. (6): theta = (a1, a2, a3, b1, b2, b3), and where asked for, its derivatives by ln K, ln omega_n
+/// and ln xi, one a column.
 /// dt_s: sampling period, s. invalid_input for NaN or Inf; invalid_argument for omega_n <= 0, xi <
 /// 0 or dt_s <= 0; out_of_range unless 1e-6 <= omega_n dt and omega_n dt max(1, 2 xi) <= 1024;
 /// numerical_limit where a coefficient is not finite in Scalar. `theta` is kept as it was unless
 /// ok.
 template <class Scalar>
-Status discretise(const ContinuousServo<Scalar>& servo, Scalar dt_s, Vector<Scalar, 6>& theta) {
+Status discretise(const ContinuousServo<Scalar>& servo, Scalar dt_s, Vector<Scalar, 6>& theta,
+                  Eigen::Matrix<Scalar, 6, 3>* derivatives = nullptr) {
   if (!is_finite(dt_s) || !is_finite(servo.gain) || !is_finite(servo.omega_n) ||
       !is_finite(servo.xi)) {
     return Status::invalid_input;
@@ -233,18 +250,22 @@ Status discretise(const ContinuousServo<Scalar>& servo, Scalar dt_s, Vector<Scal
     return Status::out_of_range;
   }
   const SampledServo<Scalar> unit = sample_servo(v, x * x);
-  const Scalar q_at_one = unit.q_at_one.value;
-  const Scalar q2 = unit.q2.value;
   const Scalar step = servo.gain * dt_s;
-  // (z - 1)(z^2 + q1 z + q2) with q1 = Q(1) - 1 - q2, multiplied out
-  Vector<Scalar, 6> result;
-  result << (q_at_one - Scalar(2)) - q2, (Scalar(1) - q_at_one) + Scalar(2) * q2, -q2,
-      step * unit.b1.value, step * ((q_at_one - unit.b1.value) - unit.b3.value),
-      step * unit.b3.value;
+  const Vector<Scalar, 6> result = detail::servo_coefficients(
+      Scalar(1), unit.q_at_one.value, unit.q2.value, unit.b1.value, unit.b3.value, step);
   if (!all_finite<6>(result)) {
     return Status::numerical_limit;
   }
   theta = result;
+  if (derivatives != nullptr) {
+    const Vector<Scalar, 6> by_v = detail::servo_coefficients(
+        Scalar(0), unit.q_at_one.by_v, unit.q2.by_v, unit.b1.by_v, unit.b3.by_v, step);
+    const Vector<Scalar, 6> by_y = detail::servo_coefficients(
+        Scalar(0), unit.q_at_one.by_y, unit.q2.by_y, unit.b1.by_y, unit.b3.by_y, step);
+    derivatives->col(0) << Scalar(0), Scalar(0), Scalar(0), theta[3], theta[4], theta[5];
+    derivatives->col(1) = v * by_v + Scalar(2) * x * x * by_y;  // v ~ omega_n, y ~ omega_n^2
+    derivatives->col(2) = v * by_v;
+  }
   return Status::ok;
 }
 

@@ -5,6 +5,7 @@
 #pragma once
 
 #include <ehsid/free_run.hpp>
+#include <ehsid/servo_discretisation.hpp>
 #include <ehsid/servo_filter.hpp>
 #include <ehsid/servo_rest.hpp>
 #include <ehsid/single_sine.hpp>
@@ -200,6 +201,41 @@ class ServoEstimator {
       refuse(told.xi, TrustReason::single_sine);
     }
     return told;
+  }
+
+  /// Eq. (6) of servo(): theta = (a1, a2, a3, b1, b2, b3), where b1 belongs to the command of delay() samples ago, and its
+  /// covariance J P J'. Its intervals are as wide as those of servo(). `Real` may be double where Scalar is float: a servo that
+  /// is sampled fast shows in the last digits of a1, a2, a3. filling before there are values, or a status of discretise();
+  /// nothing is changed then.
+  template <class Real>
+  EHSID_RARE Status model(Vector<Real, 6>& theta, SquareMatrix<Real, 6>& covariance) const {
+    const TrackedServo<Scalar> told = servo();
+    if (!is_finite(told.gain.value)) {
+      return Status::filling;
+    }
+    const ContinuousServo<Real> found{static_cast<Real>(told.gain.value),
+                                      static_cast<Real>(told.omega_n.value),
+                                      static_cast<Real>(told.xi.value)};
+    Eigen::Matrix<Real, 6, 3> jacobian;
+    const Status status = discretise(found, static_cast<Real>(options_.dt_s), theta, &jacobian);
+    if (is_error(status)) {
+      return status;
+    }
+    // The deviations are those of servo(), their correlations those of the filter.
+    const TrackedValue<Scalar>* const values[] = {&told.gain, &told.omega_n, &told.xi};
+    Eigen::Matrix<Real, 3, 3> parameters;
+    for (int i = 0; i < 3; ++i) {
+      const TrackedValue<Scalar>& value = *values[i];
+      const Scalar scale = value.half_width / (kHalfInterval * std::abs(value.value) *
+                                               std::sqrt(filter_.covariance(3 + i, 3 + i)));
+      jacobian.col(i) *= static_cast<Real>(scale);
+      for (int j = 0; j < 3; ++j) {
+        parameters(i, j) = static_cast<Real>(filter_.covariance(3 + i, 3 + j));
+      }
+    }
+    const Eigen::Matrix<Real, 6, 3> weighted = jacobian * parameters;
+    covariance.noalias() = weighted * jacobian.transpose();
+    return Status::ok;
   }
 
   template <class Visit>

@@ -6,6 +6,7 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 import pytest
+import scipy.signal
 
 import ehsid
 
@@ -129,3 +130,44 @@ def test_a_state_of_another_estimator_is_refused() -> None:
         assert other.save() == before
     with pytest.raises(ValueError, match="damaged"):
         ehsid.ServoEstimator(0.01).restore(saved[:-1] + bytes([saved[-1] ^ 1]))
+
+
+@pytest.mark.parametrize(("dtype", "sign"), [("float32", 1.0), ("float64", -1.0)])
+def test_the_discrete_model_is_that_of_the_servo_with_its_covariance(
+    dtype: str, sign: float
+) -> None:
+    """Against the matrix exponential, and its differences by K, omega_n and xi."""
+    dt_s = 0.02
+    estimator = ehsid.ServoEstimator(dt_s, dtype=dtype)
+    assert all(np.isnan(part).all() for part in estimator.model())
+    command, position = record(dt_s, seed=5)
+    estimator.run(command[:1400], sign * position[:1400])
+    told = estimator.servo()
+    values = np.array([told.gain.value, told.omega_n.value, told.xi.value])
+
+    def coefficients(at: FloatArray) -> FloatArray:
+        gain, omega_n, xi = at
+        numerator, denominator, _ = scipy.signal.cont2discrete(
+            ([gain * omega_n**2], [1.0, 2.0 * xi * omega_n, omega_n**2, 0.0]), dt_s
+        )
+        return np.concatenate([denominator[1:], numerator[0, 1:]])
+
+    theta, covariance = estimator.model()
+    # scipy makes the polynomials from the poles, of which two to three lie close together.
+    np.testing.assert_allclose(theta, coefficients(values), rtol=1e-8, atol=2e-11)
+    # Central differences with a step of 1e-4 are right to 1e-8 and to the 1e-13 / 1e-4 of scipy.
+    jacobian = np.array(
+        [
+            (coefficients(values + step) - coefficients(values - step)) / 2e-4
+            for step in np.diag(1e-4 * values)
+        ]
+    ).T
+    widths = np.array([told.gain.half_width, told.omega_n.half_width, told.xi.half_width])
+    back = np.linalg.pinv(jacobian)
+    logarithms = back @ covariance @ back.T
+    np.testing.assert_allclose(
+        jacobian @ logarithms @ jacobian.T, covariance, rtol=1e-4, atol=1e-6 * covariance.max()
+    )
+    deviations = np.sqrt(np.diag(logarithms))
+    np.testing.assert_allclose(1.645 * deviations, widths / np.abs(values), rtol=1e-4)
+    assert np.abs(logarithms[0, 1]) < deviations[0] * deviations[1]
