@@ -194,7 +194,7 @@ class ServoEstimator {
         Scalar(1.5));
     // xi is wanted to 0.15 at least.
     const Scalar xi_share = state.damping > Scalar(0.3) ? state.damping : Scalar(0.3);
-    set(told.xi, state.damping, wider * filter_.covariance(5, 5) + Scalar(3) * excess,
+    set(told.xi, state.damping, wider * filter_.covariance(5, 5) + Scalar(3.6) * excess,
         Scalar(1.5) / xi_share);
     if (sine_.sine()) {
       refuse(told.omega_n, TrustReason::single_sine);
@@ -326,7 +326,7 @@ class ServoEstimator {
 
   /// Disturbance below which a filter fits its servo, and beyond which such a filter has lost it.
   static constexpr Scalar kFitted = Scalar(0.02);
-  static constexpr Scalar kLost = Scalar(0.5);
+  static constexpr Scalar kLost = Scalar(0.6);
   static constexpr Scalar kHalfInterval = Scalar(1.645);  // of 90 %, in deviations
   static constexpr std::uint32_t kMagic = 0x45485356U;    // "EHSV"
 
