@@ -17,6 +17,8 @@ template <class Scalar>
 using Policy = ehsid::Exponential<Scalar>;
 template <class Scalar>
 using Riv = ehsid::InstrumentalArxEstimator<Scalar, 3, 3, 1>;
+template <class Scalar>
+using Known = ehsid::IntegratingArxEstimator<Scalar, 2, 3, 1, Policy<Scalar>, true>;
 
 /// Model (16) from rest with white noise of the position sensor.
 class NoisySensor {
@@ -54,7 +56,7 @@ void feed(Estimator& estimator, NoisySensor& servo, int samples, bool held = fal
 
 template <class Estimator>
 class InstrumentalVariables : public testing::Test {};
-using Estimators = testing::Types<Riv<float>, Riv<double>>;
+using Estimators = testing::Types<Riv<float>, Riv<double>, Known<float>, Known<double>>;
 TYPED_TEST_SUITE(InstrumentalVariables, Estimators, );
 
 template <class Estimator>
@@ -88,7 +90,9 @@ TYPED_TEST(InstrumentalVariables, TheRecursionRefusesWhatIsNotFinite) {
   using Recursion = typename TypeParam::Recursion;
   Recursion recursion;
   using Vector = typename Recursion::Parameters;
-  ASSERT_EQ(recursion.start(Vector::Zero(), Vector::Constant(Scalar(1e6)), 3), Status::ok);
+  ASSERT_EQ(
+      recursion.start(Vector::Zero(), Vector::Constant(Scalar(1e6)), TypeParam().model().na()),
+      Status::ok);
   ASSERT_EQ(recursion.update(Vector::Ones(), Scalar(1)), Status::ok);
   const Vector theta = recursion.theta_hat();
   const Scalar nan = std::numeric_limits<Scalar>::quiet_NaN();
@@ -172,6 +176,180 @@ TEST(InstrumentalVariablesOfAnySize, AreTheSameBitForBit) {
   using P = Policy<float>;
   expect_the_same<Riv<float>>(
       ehsid::OnlineEstimator<Model, P, ehsid::InstrumentalVariables<float, kNa, kN, P>>(model));
+  using Whole = ehsid::Integrating<Model>;
+  expect_the_same<Known<float>>(
+      ehsid::OnlineEstimator<Whole, P, ehsid::InstrumentalVariables<float, kNa, kN, P>>(
+          Whole(Model(2, 3, 1, true))));
+}
+
+/// A servo that integrates, with steps of a random command.
+class Servo {
+ public:
+  Servo(double omega_n, double xi, double dt_s, int hold, double noise_m)
+      : hold_(hold), noise_m_(noise_m) {
+    EXPECT_EQ(ehsid::discretise<double>({kGain, omega_n, xi}, dt_s, theta_), Status::ok);
+  }
+
+  static constexpr double kGain = 0.379;
+  static constexpr double kScale = 0.1;  // of the position, m
+
+  /// The command at this sample and the position, of a sensor that reads `off` too much.
+  template <class Estimator>
+  Status step(Estimator& estimator, double off = 0.0) {
+    if (count_++ % hold_ == 0) {
+      command_ = 5.0 * uniform_(random_);
+    }
+    return feed(estimator, command_, off);
+  }
+
+  /// Hits an end stop with each half of a square wave.
+  template <class Estimator>
+  Status step_between_stops(Estimator& estimator) {
+    command_ = count_++ / 400 % 2 == 0 ? 10.0 : -10.0;
+    const Status status = feed(estimator, command_, 0.0);
+    if (std::abs(y_[0]) > 3.0 * kScale) {
+      y_.fill(std::copysign(3.0 * kScale, y_[0]));
+    }
+    return status;
+  }
+
+  /// Samples of no servo, over four decades.
+  template <class Estimator>
+  Status step_hostile(Estimator& estimator) {
+    const auto number = [&] {
+      return std::pow(10.0, 2.0 * uniform_(random_) + 1.9) * uniform_(random_);
+    };
+    const double command = 5.0 * number();
+    return take(estimator, command, kScale * number());
+  }
+
+ private:
+  template <class Estimator>
+  Status feed(Estimator& estimator, double command, double off) {
+    double y = 0.0;
+    for (int i = 0; i < 3; ++i) {
+      const auto at = static_cast<std::size_t>(i);
+      y += theta_[i + 3] * u_[at] - theta_[i] * y_[at];
+    }
+    y_ = {y, y_[0], y_[1]};
+    u_ = {command, u_[0], u_[1]};
+    return take(estimator, command, y + noise_m_ * normal_(random_) + off);
+  }
+
+  template <class Estimator>
+  static Status take(Estimator& estimator, double command, double position) {
+    using Scalar = typename Estimator::Scalar;
+    return estimator.step(static_cast<Scalar>(command), static_cast<Scalar>(position));
+  }
+
+  ehsid::Vector<double, 6> theta_;
+  std::mt19937 random_{11};
+  std::normal_distribution<double> normal_;
+  std::uniform_real_distribution<double> uniform_{-1.0, 1.0};
+  std::array<double, 3> y_{};
+  std::array<double, 3> u_{};
+  double command_ = 0.0;
+  int hold_;
+  double noise_m_;
+  long count_ = 0;
+};
+
+template <class Scalar>
+Known<Scalar> known() {
+  Known<Scalar> estimator;
+  auto options = options_of_the_test<Known<Scalar>>();
+  options.scaling = {Scalar(5), static_cast<Scalar>(Servo::kScale)};
+  EXPECT_EQ(estimator.configure(options), Status::ok);
+  return estimator;
+}
+
+template <class Scalar>
+double gain_of(const Known<Scalar>& estimator, double dt_s) {
+  const ehsid::Vector<double, 5> theta =
+      estimator.theta_hat().template head<5>().template cast<double>();
+  const ehsid::SquareMatrix<double, 5> none = ehsid::SquareMatrix<double, 5>::Zero();
+  return ehsid::identify_servo(theta, none, dt_s).gain;
+}
+
+struct Condition {
+  double omega_n;
+  double xi;
+  double dt_s;
+  int hold;
+  double noise_m;
+};
+
+/// The first two locked up for ever where the integrator was not known.
+class KnownIntegrator : public testing::TestWithParam<Condition> {
+ protected:
+  Servo servo_{GetParam().omega_n, GetParam().xi, GetParam().dt_s, GetParam().hold,
+               GetParam().noise_m};
+  Known<float> estimator_ = known<float>();
+
+  void expect_gain_after(int samples) {
+    for (int k = 0; k < samples; ++k) {
+      static_cast<void>(servo_.step(estimator_));
+    }
+    EXPECT_NEAR(gain_of(estimator_, GetParam().dt_s), Servo::kGain, 0.05 * Servo::kGain);
+  }
+
+  /// Or says that it has no gain.
+  void expect_gain_or_none_after(int samples) {
+    for (int k = 0; k < samples; ++k) {
+      static_cast<void>(servo_.step(estimator_));
+    }
+    if (estimator_.converged()) {
+      expect_gain_after(0);
+    }
+  }
+};
+INSTANTIATE_TEST_SUITE_P(Servos, KnownIntegrator,
+                         testing::Values(Condition{387.0, 0.195, 1e-3, 150, 0.0},
+                                         Condition{387.0, 0.195, 1e-3, 150, 5e-6},
+                                         Condition{80.0, 0.5, 5e-3, 4, 5e-6},
+                                         Condition{40.0, 0.4, 2e-3, 50, 2e-6}));
+
+TEST_P(KnownIntegrator, NeverLocksUp) {
+  int taken = 0;
+  for (int k = 0; k < 8000; ++k) {
+    taken += servo_.step(estimator_) == Status::ok ? 1 : 0;
+  }
+  EXPECT_GT(taken, 7000);
+  expect_gain_after(0);
+}
+
+TEST_P(KnownIntegrator, AGlitchIsRefusedAndForgotten) {
+  for (const double off : {10.0, 100.0, 9999.0}) {
+    expect_gain_after(1500);
+    const auto before = estimator_.theta_hat();
+    EXPECT_EQ(servo_.step(estimator_, off * Servo::kScale), Status::out_of_range);
+    EXPECT_EQ(estimator_.theta_hat(), before);
+    expect_gain_after(500);
+  }
+}
+
+TEST_P(KnownIntegrator, ComesBackWithinTwoThousandGoodSamples) {
+  expect_gain_after(1500);
+  for (int k = 0; k < 10000; ++k) {
+    static_cast<void>(servo_.step_hostile(estimator_));
+  }
+  expect_gain_after(2000);
+  for (int k = 0; k < 10000; ++k) {
+    static_cast<void>(servo_.step_between_stops(estimator_));
+  }
+  expect_gain_or_none_after(2000);
+}
+
+TEST_P(KnownIntegrator, PredictsPositions) {
+  expect_gain_after(3000);
+  const auto now = estimator_;
+  Servo ahead = servo_;
+  ehsid::Vector<float, 1> commands = ehsid::Vector<float, 1>::Zero();
+  const float predicted = now.predict_ahead<1>(commands)[0];
+  static_cast<void>(ahead.step(estimator_));
+  // The command u(k+1) does not touch y(k+1): the error is that of the noise, some 8 times as large by the differences.
+  const float seen = estimator_.model().state().position * float(Servo::kScale);
+  EXPECT_NEAR(predicted, seen, 5e-6 + 40.0 * GetParam().noise_m);
 }
 
 TEST(Polynomial, StableWhereAllRootsAreInside) {

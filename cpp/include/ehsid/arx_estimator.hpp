@@ -132,7 +132,8 @@ class OnlineEstimator {
 
   /// One sample: the command sent at t_k and the position measured at t_k, in the units of the scaling.
   ///
-  /// ok, filling, no_information, disabled, reset, or an error. After invalid_input and out_of_range
+  /// ok, filling, no_information, disabled, reset, or an error. After invalid_input and out_of_range, which a recursion with
+  /// a running model also says of a glitch,
   /// the estimate is bit for bit what it was; the history has a hole, so it fills anew before
   /// the next estimate.
   Status step(Scalar command, Scalar position) {
@@ -149,7 +150,15 @@ class OnlineEstimator {
     model_.advance_command(u);
     Status status = enabled_ ? Status::filling : Status::disabled;
     if (enabled_ && model_.ready()) {
-      status = estimate(model_.regressor(), y);
+      if constexpr (Model::kIntegrates) {
+        status = estimate(model_.regressor(), model_.output(y));
+      } else {
+        status = estimate(model_.regressor(), y);
+      }
+      if (status == Status::out_of_range) {
+        forget_samples();
+        return status;
+      }
     } else {
       whiteness_.interrupted();
     }
@@ -297,6 +306,12 @@ class OnlineEstimator {
       whiteness_.skipped(leaving);
       return status;
     }
+    if (status == Status::reset) {  // the recursion has begun anew by itself
+      reset_.raise();
+      monitor_.restart();
+      whiteness_.restart();
+      return status;
+    }
     if (status != Status::ok) {
       whiteness_.interrupted();
       return status;
@@ -385,11 +400,13 @@ class OnlineEstimator {
 
   bool plausible(const typename Model::State& history) const {
     bool good = true;
-    for (const Scalar output : history.outputs) {
-      good = plausible(output) && good;
-    }
-    for (const Scalar command : history.commands) {
-      good = plausible(command) && good;
+    if constexpr (!Model::kIntegrates) {
+      for (const Scalar output : history.outputs) {
+        good = plausible(output) && good;
+      }
+      for (const Scalar command : history.commands) {
+        good = plausible(command) && good;
+      }
     }
     return good;
   }

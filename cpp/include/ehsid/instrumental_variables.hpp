@@ -22,10 +22,12 @@
 #include <ehsid/arx_estimator.hpp>
 #include <ehsid/forgetting.hpp>
 #include <ehsid/gradient_options.hpp>
+#include <ehsid/integrating.hpp>
 #include <ehsid/polynomial.hpp>
 #include <ehsid/rls.hpp>
 
 #include <cmath>
+#include <limits>
 
 namespace ehsid {
 
@@ -43,7 +45,11 @@ struct RunningModelState {
   Array<Scalar, kNa> filtered;         // the same of y
   std::int32_t samples;  // taken since the start or a reset, up to where the count ends
   std::int32_t
-      filled;  // samples that the filters have seen without a hole, up to those of settling
+      filled;         // samples that the filters have seen without a hole, up to those of settling
+  Scalar recent;      // mean square of about the last 16 errors
+  std::int32_t lost;  // samples in a row that the running model, or sigma^2, had nothing to do with
+  std::int32_t doubts;  // refused samples, without kCalm good ones behind the last
+  std::int32_t calm;    // good samples since the last refused one, up to kCalm
 
   template <class Visit>
   EHSID_ALWAYS_INLINE static constexpr void fields(Visit visit) {
@@ -55,6 +61,10 @@ struct RunningModelState {
     visit(&RunningModelState::filtered, each_output);
     visit(&RunningModelState::samples);
     visit(&RunningModelState::filled);
+    visit(&RunningModelState::recent);
+    visit(&RunningModelState::lost);
+    visit(&RunningModelState::doubts);
+    visit(&RunningModelState::calm);
   }
 };
 
@@ -72,16 +82,6 @@ struct InstrumentalState {
     visit(&InstrumentalState::directions);
   }
 };
-
-/// All `count` of these squarable, i.e. fit to be kept in a filter?
-template <class Values>
-bool all_squarable(int count, const Values& values) {
-  bool good = true;
-  for (int i = 0; i < count; ++i) {
-    good = is_squarable(entry(values, i)) && good;
-  }
-  return good;
-}
 
 /// The recursion for noise of the position sensor, see the top of the file. Takes the place of Rls in OnlineEstimator.
 ///
@@ -151,7 +151,7 @@ class InstrumentalVariables {
   void clear_history() { running_.filled = 0; }
 
   /// One sample: phi(k) as in Eq. (8) and y(k). As Rls::update(); after no_information, and after filling behind a hole,
-  /// only the filters have moved on.
+  /// only the filters have moved on. out_of_range: a glitch, clear_history() is due. reset: all has begun anew.
   Status update(const Regressor& phi, Scalar y) {
     const int n = size();
     const int outputs = na();
@@ -195,13 +195,24 @@ class InstrumentalVariables {
         !is_squarable(predicted)) {
       return is_finite(y) && all_finite(n, phi) ? Status::numerical_limit : Status::invalid_input;
     }
+    const Scalar error = filtered - predicted;
+    const Scalar power = filtered * filtered + predicted * predicted;
+    if (is_glitch(psi, error * error, power)) {
+      running_.calm = 0;
+      ++running_.doubts;
+      return running_.doubts <= kMostDoubts ? Status::out_of_range : begin_anew();
+    }
     Status status = Status::filling;
+    bool wrong = false;
     if (!settled || running_.filled >= options_.settling) {
-      status = settled && misled(measured, psi) ? Status::no_information
-                                                : learn(psi, filtered, predicted);
+      wrong = settled && misled(measured, psi);
+      status = wrong ? rest(psi) : learn(psi, filtered, predicted);
     }
     if (is_error(status)) {
       return status;
+    }
+    if (is_lost(wrong, status, error * error)) {
+      return begin_anew();
     }
     // The step is kept. Nothing below can fail.
     push(psi, measured, filtered, n, fresh);
@@ -267,8 +278,11 @@ class InstrumentalVariables {
            all_squarable(running.kOfOutputs, running.measured) &&
            all_squarable(capacity(kNa), running.filtered) && running.samples >= 0 &&
            running.samples <= options_.settling && running.filled >= 0 &&
-           running.filled <= options_.settling && all_squarable(capacity(kNa), running.filter) &&
-           stable_filter(running.filter) && stable(running.model);
+           running.filled <= options_.settling && is_variance(running.recent) &&
+           running.lost >= 0 && running.lost < options_.settling && running.doubts >= 0 &&
+           running.doubts <= kMostDoubts && running.calm >= 0 && running.calm <= kCalm &&
+           all_squarable(capacity(kNa), running.filter) && stable_filter(running.filter) &&
+           stable(running.model);
   }
 
   /// Takes a saved state over. invalid_argument, and nothing changed, unless it is usable and of this size.
@@ -296,25 +310,32 @@ class InstrumentalVariables {
   /// average as many as there are parameters, one where the command is held. The estimate rests where the average falls
   /// below the geometric mean of both: an instrument in one direction says nothing of the others, whatever lambda is.
   Status learn(const Regressor& psi, Scalar y, Scalar predicted) {
-    const typename Inner::State& state = inner_.state();
-    const int n = size();
-    if (directions_ < least_directions(n)) {
-      Array<Scalar, kN> projected;
-      const Scalar information = state.factors.project(psi, projected);
-      if (!is_finite(information) || !is_finite(y - predicted)) {
-        return Status::numerical_limit;
-      }
-      count_directions(information);
-      return Status::no_information;
+    if (!excited()) {
+      return is_finite(y - predicted) ? rest(psi) : Status::numerical_limit;
     }
     const Status status = inner_.update(psi, y, predicted);
     if (status == Status::ok) {
       // psi' K = psi' P psi / (lambda + psi' P psi)
-      const Scalar share = dot(n, psi, state.gain);
+      const typename Inner::State& state = inner_.state();
+      const Scalar share = dot(size(), psi, state.gain);
       count_directions(share < Scalar(1) ? state.forgetting_factor * share / (Scalar(1) - share)
                                          : Scalar(kMostDirections));
     }
     return status;
+  }
+
+  /// Do the samples of late show more than one direction?
+  bool excited() const { return directions_ >= least_directions(size()); }
+
+  /// A sample from which nothing is learned.
+  Status rest(const Regressor& psi) {
+    Array<Scalar, kN> projected;
+    const Scalar information = inner_.state().factors.project(psi, projected);
+    if (!is_finite(information)) {
+      return Status::numerical_limit;
+    }
+    count_directions(information);
+    return Status::no_information;
   }
 
   static Scalar least_directions(int n) {
@@ -333,6 +354,56 @@ class InstrumentalVariables {
 
   Scalar estimated(int i) const { return inner_.state().theta[static_cast<std::size_t>(i)]; }
 
+  // A glitch: an error ten times as large as its deviation. A wrong model makes such errors, too, but one behind the other:
+  // the third without 50 good samples between them is not a glitch any more.
+  static constexpr Scalar kGlitch = Scalar(100);
+  static constexpr std::int32_t kMostDoubts = 2;
+  static constexpr std::int32_t kCalm = 50;
+  // Samples that sigma^2 has seen, as many times the parameters, before it can tell a glitch.
+  static constexpr int kKnown = 10;
+  // Errors a tenth of sigma^2: what was learned is of another signal.
+  static constexpr Scalar kFallen = Scalar(10);
+  static constexpr Scalar kRecentRate = Scalar(1) / Scalar(16);
+  // Errors of 1e-5, and those of rounding, are never large: squares.
+  static constexpr Scalar kSmall = Scalar(1e-10);
+  static constexpr Scalar kRounding = Scalar(64) * std::numeric_limits<Scalar>::epsilon();
+
+  /// One sample far off, of a sensor that dropped out, would stay in theta, and in the filters for hundreds of samples.
+  bool is_glitch(const Regressor& psi, Scalar square, Scalar power) const {
+    const auto& state = inner_.state();
+    const Scalar most =
+        kGlitch * (inner_.residual_variance() + kSmall + kRounding * kRounding * power);
+    if (!(state.weight > Scalar(kKnown * size())) || !(square > most)) {
+      return false;
+    }
+    // What theta does not know yet makes large errors, too.
+    Array<Scalar, kN> projected;
+    const Scalar factor = state.forgetting_factor;
+    return square * factor > most * (factor + state.factors.project(psi, projected));
+  }
+
+  /// Has the instrument been misleading, or the error far below sigma^2, for as many samples as settling takes? Nothing
+  /// is learned then, or hardly anything: P is that of another model, or of signals that were far larger.
+  bool is_lost(bool wrong, Status status, Scalar square) {
+    running_.recent += kRecentRate * (square - running_.recent);
+    running_.calm += running_.calm < kCalm ? 1 : 0;
+    running_.doubts = running_.calm < kCalm ? running_.doubts : 0;
+    const bool fallen = inner_.state().weight > Scalar(kKnown * size()) &&
+                        kFallen * (running_.recent + kSmall) < inner_.residual_variance();
+    if (fallen || (wrong && excited())) {
+      ++running_.lost;
+    } else if (status == Status::ok) {
+      running_.lost = 0;
+    }
+    return running_.lost >= options_.settling;
+  }
+
+  Status begin_anew() {
+    inner_.reset(Scalar(0));
+    settle();
+    return Status::reset;
+  }
+
   /// Is the instrument too far from the measured regressor? Both filtered; they differ in the first na entries.
   ///
   /// A step multiplies the error of theta by I - P psi phi_f' / alpha, which shrinks it where phi_f is psi and may not
@@ -350,6 +421,7 @@ class InstrumentalVariables {
   void settle() {
     directions_ = Scalar(kMostDirections);  // as at the start
     running_.samples = 0;
+    running_.lost = running_.doubts = 0;
     running_.filled = 0;  // what the old filter kept of the noise would last long in the new one
     running_.filter = repeated_pole<kNa>(na(), options_.start_pole);
   }
@@ -452,6 +524,14 @@ template <class Scalar, int kNa, int kNb, int kNk, class Forgetting = Exponentia
           bool kOffset = false>
 using InstrumentalArxEstimator =
     OnlineEstimator<Arx<Scalar, kNa, kNb, kNk, kOffset>, Forgetting,
+                    InstrumentalVariables<Scalar, kNa, kNa + kNb + (kOffset ? 1 : 0), Forgetting>>;
+
+/// The same for a plant that integrates, as a servo does, with na poles beside the integrator: see integrating.hpp. It is
+/// the one to take for a servo; kOffset lets the null of its valve be anywhere.
+template <class Scalar, int kNa, int kNb, int kNk, class Forgetting = Exponential<Scalar>,
+          bool kOffset = false>
+using IntegratingArxEstimator =
+    OnlineEstimator<Integrating<Arx<Scalar, kNa, kNb, kNk, kOffset>>, Forgetting,
                     InstrumentalVariables<Scalar, kNa, kNa + kNb + (kOffset ? 1 : 0), Forgetting>>;
 
 }  // namespace ehsid

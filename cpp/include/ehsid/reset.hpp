@@ -135,10 +135,15 @@ class RmseReset {
     // What was learned of the noise before the change stays; the errors of the change itself do not count.
     state_.short_square = before;
     state_.long_square = before;
+    raise();
+    return true;
+  }
+
+  /// An alarm, here or by the recursion itself.
+  void raise() {
     state_.armed = 0;
     state_.cooling = options_.cool_down;
     state_.alarms += state_.alarms < kLast ? 1 : 0;
-    return true;
   }
 
   Scalar short_rmse() const { return std::sqrt(state_.short_square); }

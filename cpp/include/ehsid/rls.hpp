@@ -358,15 +358,6 @@ class Rls {
     return theta.size() == size() && all_squarable(size(), theta);
   }
 
-  template <class Values>
-  static bool all_squarable(int n, const Values& theta) {
-    bool good = true;
-    for (int i = 0; i < n; ++i) {
-      good = is_squarable(entry(theta, i)) && good;
-    }
-    return good;
-  }
-
   static bool is_squared(Scalar value) { return is_squarable(value) && value >= Scalar(0); }
 
   Status begin(const Parameters& theta0, const UdFactors<Scalar, kN>& factors) {

@@ -300,4 +300,21 @@ ServoReading<Scalar> identify_servo(const Vector<Scalar, 6>& theta,
   return reading;
 }
 
+/// The same of an estimate whose integrator is known, see integrating.hpp: theta = (a1, a2, b1, b2, b3).
+template <class Scalar>
+ServoReading<Scalar> identify_servo(const Vector<Scalar, 5>& theta,
+                                    const SquareMatrix<Scalar, 5>& covariance, Scalar dt_s) {
+  // (1 - q^-1) (1 + a1 q^-1 + a2 q^-2) = 1 + (a1 - 1) q^-1 + (a2 - a1) q^-2 - a2 q^-3
+  Eigen::Matrix<Scalar, 6, 5> times = Eigen::Matrix<Scalar, 6, 5>::Zero();
+  times(0, 0) = times(1, 1) = Scalar(1);
+  times(1, 0) = times(2, 1) = Scalar(-1);
+  times.template bottomRightCorner<3, 3>().setIdentity();
+  Vector<Scalar, 6> whole = times * theta;
+  whole[0] -= Scalar(1);
+  SquareMatrix<Scalar, 6> spread = times * covariance * times.transpose();
+  // What is known exactly has a variance of zero; its rounding may not make it negative.
+  spread.diagonal() *= Scalar(1) + Scalar(64) * std::numeric_limits<Scalar>::epsilon();
+  return identify_servo(whole, spread, dt_s);
+}
+
 }  // namespace ehsid

@@ -217,6 +217,16 @@ bool all_finite(int count, const Values& values) {
   return finite;
 }
 
+/// All `count` of these squarable?
+template <class Values>
+bool all_squarable(int count, const Values& values) {
+  bool good = true;
+  for (int i = 0; i < count; ++i) {
+    good = is_squarable(entry(values, i)) && good;
+  }
+  return good;
+}
+
 /// All kN entries finite?
 template <int kN, class Values>
 bool all_finite(const Values& values) {
