@@ -3,6 +3,8 @@
 #include "check.h"
 #include "servo_reference.h"
 
+#include "../export/servo_estimator.h"
+
 #include <ehsid/c_api.h>
 
 #include <math.h>
@@ -71,6 +73,15 @@ static void test_the_bits_of_cpp(void) {
   CHECK(count == count_again && memcmp(bytes, again, count) == 0);
 }
 
+static void test_an_exported_header_is_accepted(void) {
+  bench storage;
+  ehsid_servo_estimator* estimator = NULL;
+  CHECK(ehsid_servo_init(&estimator, &storage, sizeof storage, &servo_estimator_settings) ==
+        EHSID_OK);
+  CHECK(servo_estimator_settings.dt_s == 0.002F && servo_estimator_settings.delay == 6);
+  CHECK(servo_estimator_settings.drift == 0.03F && servo_estimator_settings.tolerance == 0.15F);
+}
+
 static void test_refusals_change_nothing(void) {
   bench storage;
   bench copy;
@@ -110,6 +121,7 @@ static void test_refusals_change_nothing(void) {
 
 int main(void) {
   test_the_bits_of_cpp();
+  test_an_exported_header_is_accepted();
   test_refusals_change_nothing();
   return failures == 0 ? 0 : 1;
 }

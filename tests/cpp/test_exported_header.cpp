@@ -2,6 +2,7 @@
 // The headers of tests/export configure an estimator that makes the bits Python made, over the whole record
 // and in their own self-tests. What the rows hold stands in make_headers.py beside them.
 #include "../export/cases.h"
+#include "../export/servo_estimator.hpp"
 
 #include <gtest/gtest.h>
 
@@ -95,6 +96,15 @@ void expect_trajectory(const std::string& name, ehsid::Status (*configure)(Estim
 TEST(ExportedHeader, MakesTheBitsOfPython){EXPORTED_CASES(EXPECT_TRAJECTORY)}
 #define EXPECT_SELF_TEST(name) EXPECT_TRUE(name::self_test());
 TEST(ExportedHeader, SelfTestsPass){EXPORTED_CASES(EXPECT_SELF_TEST)}
+
+TEST(ExportedHeader, ConfiguresAServoEstimatorAndItsSelfTestPasses) {
+  servo_estimator::Estimator estimator;
+  EXPECT_TRUE(servo_estimator::self_test(estimator));
+  EXPECT_EQ(estimator.options().dt_s, 0.002F);
+  EXPECT_EQ(estimator.options().delay, 6);
+  EXPECT_EQ(estimator.options().drift, 0.03F);
+  EXPECT_EQ(estimator.options().tolerance, 0.15F);
+}
 
 TEST(ExportedHeader, SelfTestTellsOneBit) {
   const float one = 1.0F;

@@ -76,12 +76,7 @@ inline ehsid::Status configure(Estimator& estimator) {
   options.forgetting.lambda = 0x1.f5c29p-1F;  // 0.98
   options.rls.information_margin = 0x1.8p+0F;  // 1.5
   options.rls.covariance_ceiling = 0x1p+1F;  // 2
-  options.reset.short_window = 0x1.4p+2F;  // 5
-  options.reset.long_window = 0x1.ep+5F;  // 60
-  options.reset.trigger_ratio = 0x1p+1F;  // 2
-  options.reset.release_ratio = 0x1.8p+0F;  // 1.5
-  options.reset.cool_down = 50;
-  options.reset.floor = 0x1.4f8b58p-17F;  // 1e-05
+  options.reset_enabled = false;
   options.convergence.tolerance = 0x1.99999ap-4F;  // 0.1
   options.convergence.magnitude = 0x1.99999ap-4F;  // 0.1
   options.convergence.hold = 10;

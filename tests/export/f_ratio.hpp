@@ -139,44 +139,44 @@ inline constexpr ehsid::Array<TraceSample, 64> kTrace = {{
     {0x1.65c29p-1F, -0x1.bf34bap+0F, -0x1.8fad92p-3F},
     {0x1.7b0292p-1F, -0x1.2180ep+1F, -0x1.5d395cp-5F},
     {0x1.8c829cp-1F, -0x1.451c16p+1F, 0x1.30c856p-3F},
-    {0x1.9a428ep-1F, -0x1.95a2e2p+1F, 0x0p+0F},
+    {0x1.9a428ep-1F, -0x1.95a2e2p+1F, -0x1.af08d2p-2F},
     {0x1.a30292p-1F, -0x1.b2618cp+1F, 0x1.0f92c8p-2F},
-    {0x1.abc298p-1F, -0x1.ca4b4ep+1F, -0x1.62b342p-2F},
-    {0x1.b5c29p-1F, -0x1.e74358p+1F, 0x1.cdf34p-8F},
-    {0x1.c3828p-1F, -0x1.f41346p+1F, 0x1.8d437cp-3F},
-    {0x1.d14292p-1F, -0x1.fb700ap+1F, 0x1.592d4p-7F},
-    {0x1.e04296p-1F, -0x1.f978f4p+1F, 0x1.5ca6f8p-4F},
-    {0x1.ef429ap-1F, -0x1.e7ff6cp+1F, 0x1.aba648p-3F},
-    {0x1.ff829p-1F, -0x1.e0af2ep+1F, -0x1.669d0cp-3F},
-    {0x1.08811cp+0F, -0x1.cc0acp+1F, 0x1.3d0538p-4F},
-    {0x1.11e108p+0F, -0x1.b38b4cp+1F, 0x1.66ad5ap-4F},
-    {0x1.1dc14p+0F, -0x1.8fb27ap+1F, 0x1.661058p-4F},
-    {0x1.27212ep+0F, -0x1.7e266p+1F, -0x1.1164fap-3F},
-    {0x1.312104p+0F, -0x1.627f62p+1F, -0x1.94aa08p-4F},
-    {0x1.3c6152p+0F, -0x1.53312p+1F, -0x1.82dfcep-3F},
-    {0x1.42a10ep+0F, -0x1.425202p+1F, -0x1.2a3278p-5F},
-    {0x1.47a0fap+0F, -0x1.37f9c6p+1F, -0x1.ec6fa6p-4F},
-    {0x1.48e172p+0F, -0x1.2713a2p+1F, 0x1.19f126p-3F},
-    {0x1.48e172p+0F, -0x1.216002p+1F, 0x1.e67194p-4F},
-    {0x1.48e172p+0F, -0x1.22fa5cp+1F, 0x1.270438p-4F},
-    {0x1.48418ap+0F, -0x1.29252cp+1F, 0x1.f688cep-5F},
-    {0x1.466128p+0F, -0x1.32c0e4p+1F, -0x1.5003f8p-12F},
-    {0x1.44817p+0F, -0x1.3de15ap+1F, -0x1.6c5432p-6F},
-    {0x1.4340f6p+0F, -0x1.4876d6p+1F, -0x1.277bbp-8F},
-    {0x1.40c154p+0F, -0x1.56628ep+1F, -0x1.0f11a6p-5F},
-    {0x1.3e410cp+0F, -0x1.6381f6p+1F, -0x1.ac6b4ep-5F},
-    {0x1.3bc16ap+0F, -0x1.7293b4p+1F, -0x1.081dd4p-4F},
-    {0x1.3a8198p+0F, -0x1.7fc576p+1F, -0x1.48fb4ap-5F},
+    {0x1.abc298p-1F, -0x1.ca4b4ep+1F, -0x1.281914p-4F},
+    {0x1.b5c29p-1F, -0x1.e74358p+1F, -0x1.2ff5f2p-3F},
+    {0x1.c3828p-1F, -0x1.f41346p+1F, -0x1.78801cp-9F},
+    {0x1.d14292p-1F, -0x1.fb700ap+1F, -0x1.289b8ap-4F},
+    {0x1.e04296p-1F, -0x1.f978f4p+1F, -0x1.237dfcp-5F},
+    {0x1.ef429ap-1F, -0x1.e7ff6cp+1F, 0x1.34c102p-5F},
+    {0x1.ff829p-1F, -0x1.e0af2ep+1F, -0x1.1eb532p-3F},
+    {0x1.08811cp+0F, -0x1.cc0acp+1F, 0x1.7873fap-5F},
+    {0x1.11e108p+0F, -0x1.b38b4cp+1F, -0x1.9ac05ep-8F},
+    {0x1.1dc14p+0F, -0x1.8fb27ap+1F, 0x1.1ae718p-4F},
+    {0x1.27212ep+0F, -0x1.7e266p+1F, -0x1.16351p-3F},
+    {0x1.312104p+0F, -0x1.627f62p+1F, 0x1.2cb306p-4F},
+    {0x1.3c6152p+0F, -0x1.53312p+1F, -0x1.ea26a6p-5F},
+    {0x1.42a10ep+0F, -0x1.425202p+1F, 0x1.d89706p-6F},
+    {0x1.47a0fap+0F, -0x1.37f9c6p+1F, -0x1.a9a25p-6F},
+    {0x1.48e172p+0F, -0x1.2713a2p+1F, 0x1.91ffc2p-4F},
+    {0x1.48e172p+0F, -0x1.216002p+1F, -0x1.8bb75cp-5F},
+    {0x1.48e172p+0F, -0x1.22fa5cp+1F, -0x1.6992cap-6F},
+    {0x1.48418ap+0F, -0x1.29252cp+1F, -0x1.754558p-6F},
+    {0x1.466128p+0F, -0x1.32c0e4p+1F, -0x1.b977bep-6F},
+    {0x1.44817p+0F, -0x1.3de15ap+1F, -0x1.15ac58p-6F},
+    {0x1.4340f6p+0F, -0x1.4876d6p+1F, -0x1.69c7e2p-8F},
+    {0x1.40c154p+0F, -0x1.56628ep+1F, -0x1.6f011ep-5F},
+    {0x1.3e410cp+0F, -0x1.6381f6p+1F, -0x1.6fb8acp-6F},
+    {0x1.3bc16ap+0F, -0x1.7293b4p+1F, -0x1.50218cp-5F},
+    {0x1.3a8198p+0F, -0x1.7fc576p+1F, -0x1.872f3cp-6F},
 }};
 
 /// theta_hat after the trace.
 inline constexpr ehsid::Array<float, Estimator::kN> kTraceTheta = {{
-    -0x1.d1ab0ep-1F,  // -0.909508
-    0x1.3ef544p-3F,  // 0.155741
-    0x1.2a0788p+2F,  // 4.65671
-    -0x1.3043a6p+0F,  // -1.18853
-    -0x1.3b4954p+1F,  // -2.46318
-    -0x1.13265cp+1F,  // -2.14961
+    -0x1.cb93aep+0F,  // -1.79522
+    0x1.ae3dap-1F,  // 0.840314
+    0x1.613c2ap-1F,  // 0.689912
+    -0x1.d97c0ep+0F,  // -1.84955
+    0x1.167278p+0F,  // 1.08768
+    -0x1.80cb64p-7F,  // -0.011743
 }};
 
 inline bool same_bits(float left, float right) {

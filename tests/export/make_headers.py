@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
-"""Exported headers, one a forgetting policy, and what Python makes of the whole record with each.
+"""Exported headers, one a forgetting policy and one of a ServoEstimator.
 
+With them what Python makes of the whole record with each policy.
 tests/cpp/test_exported_header.cpp configures the C++ estimator from the headers and must make the
 bits of trajectories.csv from examples/data/hydraulic_crane.csv; tests/c must make those of the C++
 headers from the C headers; tests/compile/firmware compiles them as a controller would;
@@ -24,10 +25,12 @@ from ehsid.harness.deploy.export import (
     EstimatorConfiguration,
     GoldenTrace,
     Seed,
+    ServoSettings,
     configure_from_record,
     liveliest,
     render_c_header,
     render_header,
+    render_servo_header,
 )
 from ehsid.harness.identification import ArxOrders, IoData
 from ehsid.harness.records import read_record
@@ -108,6 +111,13 @@ def c_header(name: str) -> str:
     return render_c_header(configuration(name), name=name, dt_s=0.05, provenance=provenance())
 
 
+def servo_header(c: bool) -> str:
+    """The text of servo_estimator.hpp or .h, with settings other than the defaults."""
+    settings = ServoSettings(0.002, delay=6, drift=0.03, tolerance=0.15)
+    made = ["Made by tests/export/make_headers.py"]
+    return render_servo_header(settings, name="servo_estimator", c=c, provenance=made)
+
+
 def trajectory(name: str) -> list[str]:
     """Rows of trajectories.csv."""
     record, estimator, rows = data(), configuration(name).estimator(), []
@@ -142,6 +152,7 @@ def files() -> dict[str, str]:
     return {
         **{f"{name}.hpp": header(name) for name in CASES},
         **{f"{name}.h": c_header(name) for name in CASES},
+        **{f"servo_estimator.{kind}": servo_header(kind == "h") for kind in ("hpp", "h")},
         CASE_LIST: case_list(),
         TRAJECTORIES: "\n".join(rows) + "\n",
     }

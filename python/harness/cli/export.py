@@ -15,7 +15,13 @@ from ehsid.harness.cli.console import Console, note
 from ehsid.harness.cli.log_options import Maps, SamplingTime, hints_of
 from ehsid.harness.cli.next_command import Given, estimate_line
 from ehsid.harness.cli.options import InputColumn, Offset, OutputColumn, RecordFile, Reset
-from ehsid.harness.cli.policy_option import Lambda0, PolicyName, PolicySettings, make_policy
+from ehsid.harness.cli.policy_option import (
+    Lambda0,
+    PolicyName,
+    PolicySettings,
+    make_policy,
+    read_settings,
+)
 from ehsid.harness.files import result_files, write_text
 
 if TYPE_CHECKING:
@@ -32,6 +38,15 @@ def _orders(data: IoData, given: tuple[int | None, ...], choose: bool, offset: b
     defaults = zip(given, (3, 3, 1), strict=True)
     na, nb, nk = (default if value is None else value for value, default in defaults)
     return ArxOrders(na, nb, nk, offset=offset)
+
+
+def _only_of_arx(given: dict[str, bool]) -> None:
+    """Refuses options of an ARX model beside --servo."""
+    wrong = [option for option, is_given in given.items() if is_given]
+    if wrong:
+        raise ValueError(
+            f"{wrong[0]} is of an ARX model, which --servo does not use; leave one of them out"
+        )
 
 
 def export_command(
@@ -68,6 +83,14 @@ def export_command(
     ] = None,
     maps: Maps = None,
     sampling_time: SamplingTime = None,
+    servo: Annotated[
+        bool,
+        typer.Option(
+            "--servo",
+            help="ServoEstimator, for K, omega_n and xi, in place of an ARX model; --setting then "
+            "takes delay, drift and tolerance",
+        ),
+    ] = False,
     name: Annotated[str, typer.Option(help="namespace in C++, prefix in C")] = "servo",
     c: Annotated[
         bool, typer.Option("--c", help="C99, for ehsid/c_api.h, without the self-test")
@@ -82,16 +105,47 @@ def export_command(
     """Write a C++ or C header that starts the firmware's estimator from a model of a record.
 
     Example: ehsid export rec.csv --na 3 --nb 3 --nk 1 --out servo_configuration.hpp
+    Example: ehsid export rec.csv --servo --out servo_configuration.hpp
     """
-    from ehsid.harness.deploy.export import FILE_NAMES, check_name, header_of_record
+    from ehsid.harness.deploy.export import (
+        FILE_NAMES,
+        check_name,
+        header_of_record,
+        servo_header_of_record,
+    )
 
     check_name(name)
+    path = out or Path(FILE_NAMES[c])
+    if servo:
+        _only_of_arx(
+            {
+                "--na": na is not None,
+                "--nb": nb is not None,
+                "--nk": nk is not None,
+                "--identify": choose,
+                "--no-offset": not offset,
+                "--forgetting": forgetting != "f-ratio",
+                "--lambda0": lambda0 is not None,
+                "--no-reset": not reset,
+                "--inflation": inflation is not None,
+            }
+        )
+        names = {one: one for one in ("delay", "drift", "tolerance")}
+        chosen = read_settings(setting, names, "ServoEstimator", {})
+        with result_files(path, "export", inputs=[record]) as folder:
+            data, _ = read_io(record, input_name, output_name, hints_of(maps, sampling_time))
+            with about(record):
+                made = servo_header_of_record(record, data, chosen, name=name, c=c)
+            write_text(folder / path.name, made.text)
+        Console().print(f"{path}: {made.summary}", soft_wrap=True)
+        for line in made.words:
+            note(f"note: {line}")
+        return
     if choose and any(value is not None for value in (na, nb, nk)):
         raise ValueError("--identify chooses na, nb and nk itself; leave them out, or --identify")
     if inflation is not None and not 1.0 <= inflation < math.inf:
         raise ValueError(f"--inflation {inflation:g}: expected a finite number of at least 1")
     policy = make_policy(forgetting, lambda0, setting)
-    path = out or Path(FILE_NAMES[c])
     with result_files(path, "export", inputs=[record]) as folder:
         data, _ = read_io(record, input_name, output_name, hints_of(maps, sampling_time))
         with about(record):

@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from enum import StrEnum
 from typing import TYPE_CHECKING, Annotated
 
@@ -65,12 +65,33 @@ def make_policy(
                 f"--lambda0 goes with {' and '.join(LAMBDA0)} forgetting, not {name}: use --setting"
             )
         values[LAMBDA0[name]] = lambda0
+    return info.policy(**read_settings(settings, names, f"{name} forgetting", values))
+
+
+def read_settings(
+    settings: Sequence[str] | None, names: Mapping[str, str], of: str, given: dict[str, float]
+) -> dict[str, float]:
+    """Returns the numbers of --setting by their names in Python, behind those that are given.
+
+    Parameters
+    ----------
+    names
+        settings that there are, and what they are called in Python.
+    of
+        what has these settings, as an error says it.
+
+    Raises
+    ------
+    ValueError
+        a setting is not among the names, is given twice or is no number.
+    """
+    values = dict(given)
     for text in settings or ():
         member, equals, number = text.partition("=")
         setting = names.get(member.strip().removesuffix("_"), "")
         if not setting or not equals:
             raise ValueError(
-                f"--setting {text}: expected NAME=NUMBER with a setting of {name} forgetting, "
+                f"--setting {text}: expected NAME=NUMBER with a setting of {of}, "
                 f"which has {', '.join(names)}"
             )
         if setting in values:
@@ -83,4 +104,4 @@ def make_policy(
             raise ValueError(
                 f"--setting {text}: expected NAME=NUMBER; '{number}' is not a number"
             ) from None
-    return info.policy(**values)
+    return values

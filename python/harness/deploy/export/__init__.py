@@ -16,6 +16,12 @@ from ehsid.harness.deploy.export.of_record import (
     header_of_record,
 )
 from ehsid.harness.deploy.export.seeding import Export, configure_from_record
+from ehsid.harness.deploy.export.servo import (
+    ServoHeader,
+    ServoSettings,
+    render_servo_header,
+    servo_header_of_record,
+)
 from ehsid.harness.deploy.export.trace import GoldenTrace, liveliest
 
 __all__ = [
@@ -25,6 +31,8 @@ __all__ = [
     "GoldenTrace",
     "Header",
     "Seed",
+    "ServoHeader",
+    "ServoSettings",
     "check_name",
     "chosen_orders",
     "configure_from_record",
@@ -33,4 +41,6 @@ __all__ = [
     "liveliest",
     "render_c_header",
     "render_header",
+    "render_servo_header",
+    "servo_header_of_record",
 ]

@@ -267,7 +267,12 @@ def test_other_names_are_refused(name: str) -> None:
 @pytest.mark.parametrize(
     "name",
     [f"{case}.{kind}" for case in make_headers.CASES for kind in ("hpp", "h")]
-    + [make_headers.TRAJECTORIES, make_headers.CASE_LIST],
+    + [
+        "servo_estimator.hpp",
+        "servo_estimator.h",
+        make_headers.TRAJECTORIES,
+        make_headers.CASE_LIST,
+    ],
 )
 def test_committed_files_are_those_of_the_script(name: str) -> None:
     assert (EXPORT / name).read_text(encoding="utf-8") == make_headers.files()[name], (
