@@ -16,11 +16,9 @@ TEXTBOOK = tuple(NAMES)
 NAMES |= {info.id: f"`{info.policy.__name__}`" for info in ehsid.policies()}
 POLICIES = tuple(info.id for info in ehsid.policies())
 
-# Whole estimators only: their recursions need the samples of a servo.
+# Whole estimator only: its recursion needs the samples of a servo.
 METHODS = {
     "riv": "`InstrumentalArxEstimator`, `Exponential`",
-    "oe": "`OutputErrorArxEstimator`, `Exponential`",
-    "armax": "`ArmaxArxEstimator`, `Exponential`",
 }
 
 SERVO = {
@@ -59,23 +57,14 @@ bracketed form, `K*(phi'*P)`, the cost is only n^2.
 """
 
 REASONS = """
-- **`Directional`** needs two operations per sample more than forgetting by a factor. The first is a
-  triangular solve for the information that P holds along the regressor. The second is a rank-one
-  update, after which the regressor is projected again. Together these are 2 n^2 additional
-  multiplications in any arrangement.
-- **`RandomWalk`** adds Q to the diagonal by n rank-one updates and reads the diagonal of the
-  inverse. This takes n^3 / 2 multiplications and 1.5 n^2 divisions. The textbook form, with which
-  it is compared, has none of them.
 - **-O2 unrolls** the loops of an update (`EHSID_UNROLL`). This makes the update fast but needs more
-  flash, most of all for `RandomWalk`. With -Os the loops are kept. Use -Os if flash is scarce or n
-  is large.
-- **Small n**: the textbook form has no guards. At -O2 it is therefore shorter up to n = 4, and with
-  `RandomWalk` up to n = 5. In its bracketed form it is shorter up to n = 6, and with `Directional`
-  and `RandomWalk` up to n = 10.
+  flash. With -Os the loops are kept. Use -Os if flash is scarce or n is large.
+- **Small n**: the textbook form has no guards. At -O2 it is therefore shorter up to n = 4. In its
+  bracketed form it is shorter up to n = 6.
 - **Stack**: the largest part of it is the new state, which must be complete before it replaces the
   old state. The stack grows with n^2 / 2. At -O2 it is below 256 bytes up to n = 6 with `Constant`,
   `Exponential`, `ErrorDriven` and `FRatio`. At -Os it is below 256 bytes only up to n = 3, and with
-  `Exponential` and `RandomWalk` up to n = 2.
+  `Exponential` up to n = 2.
 """
 
 
@@ -172,8 +161,7 @@ def whole(rows: list[Row]) -> str:
         '"Instructions" is the mean of 400 samples, and "most" is the largest. With `FRatio`, the '
         "largest is the sample at which it sums up a window. The estimators below it are for noise "
         "that biases least squares ([which_estimator.md](which_estimator.md)). `ServoEstimator` is "
-        "no ARX model; of its RAM 2.9 kB are those of its starts. "
-        "`ArmaxArxEstimator` has nine parameters, three of them for the noise.\n\n"
+        "no ARX model; of its RAM 2.9 kB are those of its starts.\n\n"
         + table(["n = 6", "instructions", "most", "flash", "RAM", "stack", "(static)"], body)
     )
 

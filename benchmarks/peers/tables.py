@@ -14,7 +14,6 @@ from ehsid.harness.report.page import Table
 GOALS = {
     "Rls, Constant": 1.3,
     "Rls, FRatio": 1.5,
-    "Rls, Directional": 3.0,
     "ArxEstimator::step, FRatio": 2.0,
 }
 NOT_INSTALLED = "not installed"

@@ -30,7 +30,7 @@ struct Whole : ehsid::ArxEstimator<float, 3, 3, 1, Forgetting> {
   }
 };
 
-/// The estimators for noise that biases least squares, past their settling before anything is counted.
+/// The estimator for noise that biases least squares, past their settling before anything is counted.
 template <class Estimator>
 struct Settled : Estimator {
   Settled() {
@@ -115,8 +115,6 @@ using grouped = Grouped;
   using whole_##policy = Whole<ehsid::PolicyAt<ehsid::place_of_policy(#policy), float>>;
 EHSID_EACH_POLICY(EHSID_FORMS_OF)
 using whole_riv = Settled<ehsid::InstrumentalArxEstimator<float, 3, 3, 1>>;
-using whole_oe = Settled<ehsid::OutputErrorArxEstimator<float, 3, 3, 1>>;
-using whole_armax = Settled<ehsid::ArmaxArxEstimator<float, 3, 3, 1>>;
 using whole_servo = Servo;
 using whole_servo_start = ServoStart;
 
