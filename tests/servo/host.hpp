@@ -82,7 +82,7 @@ struct Settings {
   std::uint8_t policy = 3, na = 3, nb = 3, nk = 1;
   std::uint8_t flags = servo::kPositionControl | servo::kFollowEstimate;
   std::vector<float> scaling{5.0F, 0.25F, 0.0F, 0.0F};
-  std::vector<float> forgetting{0.995F, 0.98F, 0.9F, 60.0F, 0.8F, 1e-4F, 2.0F, 1.5F, 0.01F, 1e-5F};
+  std::vector<float> forgetting{0.995F, 0.98F, 0.9F, 60.0F, 0.8F, 1e-4F, 2.0F, 1.5F};
   std::vector<float> guards{-1.0F, 1e6F};
   std::vector<float> reset{5.0F, 60.0F, 8.0F, 1.5F};
   std::int32_t cool_down = 20;

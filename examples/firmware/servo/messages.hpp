@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Kinds, numbers and sizes of docs/hil_protocol.md, version 1.
+// Kinds, numbers and sizes of docs/hil_protocol.md, version 2.
 #pragma once
 
 #include "bytes.hpp"
@@ -55,7 +55,7 @@ constexpr std::uint8_t kResidualsNotWhite = 1U << 3U;  // the residuals are not 
 
 // Bodies of requests, bytes
 constexpr std::size_t kHelloBytes = 2;
-constexpr std::size_t kConfigureBytes = 149;  // more with a seed
+constexpr std::size_t kConfigureBytes = 141;  // more with a seed
 constexpr std::size_t kStartBytes = 4;
 constexpr std::size_t kSampleBytes = 20;
 

@@ -82,7 +82,7 @@ class Reader:
     ("request_", "kind", "size"),
     [
         (Hello(), 0x01, 2),
-        (configuration(), 0x02, 5 + 4 * (4 + 10 + 2 + 6 + 3 + 2 + 8 + 1)),
+        (configuration(), 0x02, 5 + 4 * (4 + 8 + 2 + 6 + 3 + 2 + 8 + 1)),
         (Start(7), 0x03, 4),
         (Sample(7, 0.1), 0x04, 4 + 4 * 4),
         (Resume(), 0x05, 0),
@@ -98,11 +98,11 @@ def test_kinds_and_sizes_of_requests(request_: Any, kind: int, size: int) -> Non
 def test_size_of_a_configuration_with_an_estimate(n: int) -> None:
     orders = ArxOrders(n // 2, n // 2, offset=n % 2 == 1)
     made = configuration(EstimatorConfiguration(orders, seed=seed(n)))
-    assert len(made.body()) == 149 + 4 * (n + n + n * (n - 1) // 2 + 1)
+    assert len(made.body()) == 141 + 4 * (n + n + n * (n - 1) // 2 + 1)
 
 
 def test_hello_says_the_version() -> None:
-    assert Hello().body() == b"\x01\x00"
+    assert Hello().body() == b"\x02\x00"
 
 
 @given(u32, st.tuples(*[anything32] * 4))
@@ -141,13 +141,13 @@ NUMBERS: list[dict[int, float]] = [
 ]
 
 
-@pytest.mark.parametrize("policy", range(6))
+@pytest.mark.parametrize("policy", range(4))
 def test_policies(policy: int) -> None:
     made = configuration(EstimatorConfiguration(ArxOrders(2, 2), forgetting=POLICIES[policy]))
     body = made.body()
     assert body[0] == policy
-    assert body[5 + 16 : 5 + 16 + 40] == b"".join(
-        single(NUMBERS[policy].get(i, 0.0)) for i in range(10)
+    assert body[5 + 16 : 5 + 16 + 32] == b"".join(
+        single(NUMBERS[policy].get(i, 0.0)) for i in range(8)
     )
 
 
@@ -273,14 +273,14 @@ def answer(kind: int, layout: str, *values: Any) -> Any:
 
 
 def test_identity() -> None:
-    made = answer(0x81, "H3BBH12s", 1, 4, 5, 6, 0b10_1001, 1 << 4 | 1 << 13, b"mps2-an386\0\0")
-    assert made == Identity(1, (4, 5, 6), frozenset({0, 3, 5}), frozenset({4, 13}), "mps2-an386")
+    made = answer(0x81, "H3BBH12s", 2, 4, 5, 6, 0b10_1001, 1 << 4 | 1 << 13, b"mps2-an386\0\0")
+    assert made == Identity(2, (4, 5, 6), frozenset({0, 3, 5}), frozenset({4, 13}), "mps2-an386")
 
 
-@pytest.mark.parametrize("version", [0, 2, 300])
+@pytest.mark.parametrize("version", [0, 1, 300])
 def test_an_identity_of_another_version_is_refused_whatever_its_length(version: int) -> None:
     for tail in (b"", b"\0" * 18, b"\0" * 40):
-        with pytest.raises(HilError, match=rf"speaks version {version} .* this host version 1"):
+        with pytest.raises(HilError, match=rf"speaks version {version} .* this host version 2"):
             parse_answer(Packet(0x81, 1, struct.pack("<H", version) + tail))
 
 
@@ -343,7 +343,7 @@ def test_the_name_of_a_board_cannot_steer_the_terminal() -> None:
     ("kind", "right"), [(0x81, 20), (0x82, 1), (0x84, 51), (0x85, 7), (0x86, 10)]
 )
 def test_sizes_of_answers(kind: int, right: int) -> None:
-    body = b"\1\0" + bytes(80)  # an identity of version 1; refused for reason 1
+    body = b"\2\0" + bytes(80)  # an identity of version 2; refused for reason 2
     for size in range(60):
         packet = Packet(kind, 1, body[:size])
         if size == right:

@@ -62,7 +62,7 @@ class Bench:
         self.relay.disturb(undisturbed)
         self.target.carried_out.clear()
         self.target.configurations.clear()
-        self.target.version = 1
+        self.target.version = 2
         self.device.reset()
         self.said.clear()
         return Session(self.line, timeout_s=TIMEOUT_S, attempts=attempts, on_event=self.said.append)
