@@ -70,7 +70,7 @@ class Target:
             case 1, 2, _:
                 self.state = IDLE
                 return self.identity(packet.sequence)
-            case 2, size, 0 | 1 if size >= 149:
+            case 2, size, 0 | 1 if size >= 141:
                 if body[0] == 0 and struct.unpack_from("<f", body, 21) == (0.0,):  # lambda
                     return self.refused(packet, 4, 8)
                 self.configurations.append(body)

@@ -100,13 +100,13 @@ def test_the_estimator_takes_orders_that_it_has(session: Session) -> None:
 
 
 def test_choices_are_kept_in_the_session(session: Session) -> None:
-    set_policy(session.settings.model, "random-walk")
-    session.settings.model.settings["drift"] = 1e-3
+    set_policy(session.settings.model, "f-ratio")
+    session.settings.model.settings["eta"] = 1.5
     session.settings.model.reset = False
     session.save()
     again = Session(session.folder).settings.model
     assert again == session.settings.model
-    assert again.policy == "random-walk"
+    assert again.policy == "f-ratio"
 
 
 def test_a_session_of_an_earlier_version_has_the_defaults(tmp_path: Path) -> None:

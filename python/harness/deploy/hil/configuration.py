@@ -161,6 +161,6 @@ def _seed(seed: Seed, n: int, before: int) -> bytes:
     if before + len(packed) > MAX_BODY:
         raise ValueError(
             f"an estimate to start from of {n} parameters does not fit into a packet; "
-            "at most 11 do: take a lower order or leave the estimate away"
+            "at most 12 do: take a lower order or leave the estimate away"
         )
     return packed
