@@ -29,7 +29,7 @@ def advice_on(u: npt.ArrayLike, y: npt.ArrayLike, recursion: Recursion = USUAL) 
 @pytest.mark.parametrize(
     ("y", "recursion", "why", "options"),
     [
-        (model16.output(U, 0.0 * E) + E, USUAL, "not white", "--method riv"),
+        (model16.output(U, 0.0 * E) + 5.0 * E, USUAL, "not white", "--method riv"),
         (
             model16.output(U, E),
             Recursion(USUAL.orders, ehsid.Constant(0.95)),
