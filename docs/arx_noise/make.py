@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Makes the tables and pictures of docs/which_estimator.md: python docs/which_estimator/make.py
+"""Makes the tables and pictures of docs/arx_noise.md: python docs/arx_noise/make.py
 
 500 runs of 2,000 samples for each method, noise and command; about a minute on two cores.
 """
