@@ -73,6 +73,7 @@ struct EstimatorSettings {
   std::optional<double> input_limit;
   Method method = Method::rls;
   GradientOptions<double> gradient;  // its own rls is not read
+  bool integrator = false;           // known: na poles beside it
 
   int n() const { return na + nb + (offset ? 1 : 0); }
 };

@@ -255,6 +255,9 @@ method : str
     position sensor, takes the policies Constant and Exponential only. See docs/which_estimator.md.
 gradient : GradientOptions
     Filters of the method "riv".
+integrator : bool
+    With "riv", for a plant that is known to integrate, as a servo is: A is that of y(k) - y(k-1), with na poles beside
+    the integrator. identify_servo() reads na = 2, nb = 3.
 dtype : float32 or float64
     Precision of the recursion.
 
@@ -268,7 +271,7 @@ ValueError
                       const ConvergenceOptions<double>& convergence, std::vector<double> theta0,
                       std::vector<double> variance0, std::optional<double> input_limit,
                       const std::string& method, const GradientOptions<double>& gradient,
-                      const py::object& dtype) {
+                      bool integrator, const py::object& dtype) {
             require_range("na", na, 1, kMaxOrder);
             require_range("nb", nb, 1, kMaxOrder);
             require_range("nk", nk, 0, kMaxDelay);
@@ -285,7 +288,11 @@ ValueError
                                              std::move(variance0),
                                              input_limit,
                                              to_method(method),
-                                             gradient};
+                                             gradient,
+                                             integrator};
+            if (integrator && settings.method == Method::rls) {
+              throw py::value_error("integrator=True needs method='riv'");
+            }
             return is_single(dtype) ? make_any<float>(settings) : make_any<double>(settings);
           }),
           py::arg("na"), py::arg("nb"), py::arg("nk"), py::kw_only(), py::arg("offset") = false,
@@ -297,7 +304,7 @@ ValueError
           py::arg("theta0") = std::vector<double>{}, py::arg("variance0") = std::vector<double>{},
           py::arg("input_limit") = py::none(), py::arg("method") = "rls",
           py::arg_v("gradient", GradientOptions<double>{}, "GradientOptions()"),
-          py::arg("dtype") = "float32");
+          py::arg("integrator") = false, py::arg("dtype") = "float32");
   bind_recursion(cls);
   cls.def_property_readonly(
          "covariance",

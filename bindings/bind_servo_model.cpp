@@ -87,14 +87,23 @@ py::array_t<double> to_theta(const Servo& servo, double dt_s) {
   }
 }
 
+template <int kSize>
 Reading from_theta(const InputArray<double>& theta, const InputArray<double>& covariance,
                    double dt_s) {
-  require_exactly("theta", theta, py::make_tuple(6));
-  require_exactly("covariance", covariance, py::make_tuple(6, 6));
-  using RowMajor = Eigen::Matrix<double, 6, 6, Eigen::RowMajor>;
-  const Vector<double, 6> theta_copy = Eigen::Map<const Vector<double, 6>>(theta.data());
-  const SquareMatrix<double, 6> covariance_copy = Eigen::Map<const RowMajor>(covariance.data());
+  require_exactly("covariance", covariance, py::make_tuple(kSize, kSize));
+  using RowMajor = Eigen::Matrix<double, kSize, kSize, Eigen::RowMajor>;
+  const Vector<double, kSize> theta_copy = Eigen::Map<const Vector<double, kSize>>(theta.data());
+  const SquareMatrix<double, kSize> covariance_copy = Eigen::Map<const RowMajor>(covariance.data());
   return identify_servo(theta_copy, covariance_copy, dt_s);
+}
+
+Reading read_servo(const InputArray<double>& theta, const InputArray<double>& covariance,
+                   double dt_s) {
+  if (theta.ndim() == 1 && theta.shape(0) == 5) {
+    return from_theta<5>(theta, covariance, dt_s);
+  }
+  require_exactly("theta", theta, py::make_tuple(6));
+  return from_theta<6>(theta, covariance, dt_s);
 }
 
 void bind_forwards(py::module_& m) {
@@ -253,14 +262,15 @@ void bind_backwards(py::module_& m) {
                ", xi=" + number(r.xi) + " +- " + number(r.xi_std) + ")";
       });
 
-  m.def("identify_servo", &from_theta, py::arg("theta"), py::arg("covariance"), py::arg("dt_s"),
+  m.def("identify_servo", &read_servo, py::arg("theta"), py::arg("covariance"), py::arg("dt_s"),
         R"(Reads an estimated third-order model as a servo, Eq. (6) back to Eq. (5).
 
 Parameters
 ----------
 theta : array_like, shape (6,)
-    (a1, a2, a3, b1, b2, b3); a without unit, b in m/V.
-covariance : array_like, shape (6, 6)
+    (a1, a2, a3, b1, b2, b3); a without unit, b in m/V. Or, shape (5,), (a1, a2, b1, b2, b3) of an estimator with
+    integrator=True.
+covariance : array_like, shape (6, 6) or (5, 5)
     Covariance of theta, sigma^2 P; symmetric, positive semidefinite. Zeros where it is unknown: the
     standard deviations then only hold the rounding of theta.
 dt_s : float > 0

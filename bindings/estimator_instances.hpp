@@ -230,14 +230,15 @@ class RlsInstance final : public AnyRls {
   Recursion rls_;
 };
 
-template <class Scalar, class Policy, class Recursion_ = Rls<Scalar, kSize, Policy>>
+template <class Scalar, class Policy, class Recursion_ = Rls<Scalar, kSize, Policy>,
+          class Model_ = AnyArx<Scalar, kSize>>
 class EstimatorInstance final : public AnyEstimator {
  public:
-  using Estimator = OnlineEstimator<AnyArx<Scalar, kSize>, Policy, Recursion_>;
+  using Estimator = OnlineEstimator<Model_, Policy, Recursion_>;
   using Recursion = typename Estimator::Recursion;
 
   EstimatorInstance(const EstimatorSettings& given, const Policy& forgetting)
-      : estimator_(AnyArx<Scalar, kSize>(given.na, given.nb, given.nk, given.offset)) {
+      : estimator_(Model_(AnyArx<Scalar, kSize>(given.na, given.nb, given.nk, given.offset))) {
     typename Estimator::Options options;
     options.theta0.setZero(n());
     options.variance0.setConstant(n(), Recursion::kDefaultVariance);

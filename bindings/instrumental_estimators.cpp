@@ -15,6 +15,11 @@ std::unique_ptr<AnyEstimator> make_instrumental_estimator(const EstimatorSetting
         if constexpr (std::is_same_v<Policy, Constant<Scalar>> ||
                       std::is_same_v<Policy, Exponential<Scalar>>) {
           using Recursion = InstrumentalVariables<Scalar, up_to(kMaxOrder), kSize, Policy>;
+          if (settings.integrator) {
+            using Model = Integrating<AnyArx<Scalar, kSize>>;
+            return std::make_unique<EstimatorInstance<Scalar, Policy, Recursion, Model>>(settings,
+                                                                                         policy);
+          }
           return std::make_unique<EstimatorInstance<Scalar, Policy, Recursion>>(settings, policy);
         } else {
           throw std::invalid_argument(

@@ -281,6 +281,7 @@ class ArxEstimator:
         input_limit: float | None = None,
         method: str = "rls",
         gradient: GradientOptions = ...,
+        integrator: bool = False,
         dtype: npt.DTypeLike = "float32",
     ) -> None: ...
     def seed(

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import numpy as np
 import numpy.typing as npt
+from scipy.signal import lfilter
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -60,6 +61,21 @@ class Filter:
         return w
 
 
+def equations(
+    u: FloatArray, y: FloatArray, na: int, nb: int, integrator: bool
+) -> tuple[FloatArray, FloatArray]:
+    """Returns all phi(k) and the outputs that they explain, nk = 1.
+
+    With a known integrator these are differences, and both sides are summed with a memory of 20.
+    """
+    s = np.diff(y, prepend=y[0]) if integrator else y
+    at = np.arange(max(na, nb) + integrator, u.size)
+    phi = np.stack([-s[at - i] for i in range(1, na + 1)] + [u[at - i] for i in range(1, nb + 1)])
+    if not integrator:
+        return phi.T, s[at]
+    return lfilter([1.0], [1.0, -0.95], phi).T, lfilter([1.0], [1.0, -0.95], s[at])
+
+
 def instrumental_variables(
     u: FloatArray,
     y: FloatArray,
@@ -68,23 +84,22 @@ def instrumental_variables(
     lambda0: float = 0.995,
     initial: float = 0.98,
     settling: int = 200,
+    integrator: bool = False,
 ) -> Gradient:
     """Runs over a record, nk = 1."""
     n = na + nb
     gradient = Gradient(np.full(n, 1e6), lambda0, initial)
     model = np.zeros(n)
     f = np.poly(np.full(na, 0.7))[1:]
-    x = y.copy()  # of the running model, behind settling
+    regressors, outputs = equations(u, y, na, nb, integrator)
+    x = outputs.copy()  # of the running model, behind settling
     filter_z, filter_phi, filter_y = Filter(na, n), Filter(na, n), Filter(na, 1)
     taken = 0
-    for k in range(max(na, nb), u.size):
-        past = np.arange(1, na + 1)
-        command = u[k - np.arange(1, nb + 1)]
-        phi = np.concatenate((-y[k - past], command))
+    for k, phi in enumerate(regressors):
         settled = taken >= settling
-        z = np.concatenate((-x[k - past], command)) if settled else phi
+        z = np.concatenate((-x[k - np.arange(1, na + 1)], phi[na:])) if settled else phi
         psi, phi_f = filter_z.step(f, z), filter_phi.step(f, phi)
-        y_f = filter_y.step(f, y[k : k + 1])[0]
+        y_f = filter_y.step(f, outputs[k : k + 1])[0]
         mixed = np.concatenate((phi_f[:na], psi[na:]))
         gradient.learn(psi, y_f - mixed @ gradient.theta)
         if taken + 1 < settling:

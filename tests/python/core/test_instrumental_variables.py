@@ -37,15 +37,64 @@ def estimator(dtype: str = "float64", method: str = "riv", **other: object) -> e
     return ehsid.ArxEstimator(3, 3, 1, **settings)  # type: ignore[arg-type]
 
 
-def test_double_agrees_with_full_matrices() -> None:
+@pytest.mark.parametrize("integrator", [False, True])
+def test_double_agrees_with_full_matrices(integrator: bool) -> None:
     u, y = record(1, 3000)
-    compiled = estimator(rls=policies.UNGUARDED)
+    if integrator:
+        y = np.cumsum(y)
+    compiled = estimator(rls=policies.UNGUARDED, integrator=integrator)
     path = compiled.run(u, y)
-    written = reference.instrumental_variables(u, y)
-    # Both start three samples in, and no guard of the compiled one leaves a sample out.
-    assert np.count_nonzero(path.status == ehsid.Status.ok) == u.size - 3
+    written = reference.instrumental_variables(u, y, integrator=integrator)
+    # Both start with the first complete regressor, and no guard of the compiled one leaves a sample
+    # out.
+    assert np.count_nonzero(path.status == ehsid.Status.ok) == u.size - 3 - integrator
     np.testing.assert_allclose(compiled.theta_hat, written.theta, rtol=0.0, atol=1e-9)
     np.testing.assert_allclose(compiled.standard_deviation, written.deviation(), rtol=1e-9)
+
+
+SERVO, DT_S = ehsid.ContinuousServo(gain=0.379, omega_n=387.0, xi=0.195), 1e-3
+
+
+def servo_record(seed: int, n: int, null: float = 0.0) -> tuple[FloatArray, FloatArray]:
+    """Steps of 150 ms, and the position of a servo far from zero with 5 um of noise."""
+    rng = np.random.default_rng(seed)
+    u = np.repeat(rng.uniform(-5.0, 5.0, n // 150 + 1), 150)[:n]
+    theta = ehsid.discretise(SERVO, DT_S)
+    x = lfilter(np.concatenate(([0.0], theta[3:])), np.concatenate(([1.0], theta[:3])), u - null)
+    return u, np.asarray(0.5 + x + 5e-6 * rng.normal(size=n))
+
+
+def known(dtype: str = "float32") -> ehsid.ArxEstimator:
+    scaling = ehsid.Scaling(command_scale=5.0, position_scale=0.1)
+    return ehsid.ArxEstimator(
+        2, 3, 1, offset=True, scaling=scaling, method="riv", integrator=True, dtype=dtype,
+        forgetting=ehsid.Exponential(0.995, 0.98),
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize("null", [0.0, 0.3])
+@pytest.mark.parametrize("dtype", ["float32", "float64"])
+def test_a_servo_whose_integrator_is_known(dtype: str, null: float) -> None:
+    compiled = known(dtype)
+    status = compiled.run(*servo_record(6, 8000, null)).status
+    # Where the integrator is estimated, all but 263 of these samples were left out for ever.
+    assert np.count_nonzero(status == ehsid.Status.ok) > 7000
+    servo = ehsid.identify_servo(compiled.theta_hat[:5], compiled.covariance[:5, :5], DT_S)
+    found = np.array([servo.gain, servo.omega_n, servo.xi])
+    np.testing.assert_allclose(found, [SERVO.gain, SERVO.omega_n, SERVO.xi], rtol=0.02)
+    assert servo.integrator_distance == 0.0
+
+
+@pytest.mark.parametrize("value", [10.0, 100.0, 9999.0])
+def test_a_glitch_is_refused(value: float) -> None:
+    u, y = servo_record(7, 2500)
+    y[1500] = value
+    compiled = known()
+    path = compiled.run(u, y)
+    assert path.status[1500] == ehsid.Status.out_of_range
+    assert path.theta[1500].tobytes() == path.theta[1499].tobytes()
+    servo = ehsid.identify_servo(compiled.theta_hat[:5], np.zeros((5, 5)), DT_S)
+    assert abs(servo.gain / SERVO.gain - 1.0) < 0.02
 
 
 def test_float32_is_close_to_double() -> None:
@@ -159,3 +208,5 @@ def test_refused_arguments() -> None:
         ehsid.GradientOptions(settling=0)
     with pytest.raises(ValueError, match="start_pole < 1"):
         ehsid.GradientOptions(start_pole=1.0)
+    with pytest.raises(ValueError, match="integrator=True needs method='riv'"):
+        estimator(method="rls", integrator=True)
