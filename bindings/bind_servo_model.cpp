@@ -94,7 +94,11 @@ Reading from_theta(const InputArray<double>& theta, const InputArray<double>& co
   using RowMajor = Eigen::Matrix<double, kSize, kSize, Eigen::RowMajor>;
   const Vector<double, kSize> theta_copy = Eigen::Map<const Vector<double, kSize>>(theta.data());
   const SquareMatrix<double, kSize> covariance_copy = Eigen::Map<const RowMajor>(covariance.data());
-  return identify_servo(theta_copy, covariance_copy, dt_s);
+  if constexpr (kSize == 5) {
+    return identify_integrating_servo(theta_copy, covariance_copy, dt_s);
+  } else {
+    return identify_servo(theta_copy, covariance_copy, dt_s);
+  }
 }
 
 Reading read_servo(const InputArray<double>& theta, const InputArray<double>& covariance,

@@ -268,7 +268,7 @@ double gain_of(const Known<Scalar>& estimator, double dt_s) {
   const ehsid::Vector<double, 5> theta =
       estimator.theta_hat().template head<5>().template cast<double>();
   const ehsid::SquareMatrix<double, 5> none = ehsid::SquareMatrix<double, 5>::Zero();
-  return ehsid::identify_servo(theta, none, dt_s).gain;
+  return ehsid::identify_integrating_servo(theta, none, dt_s).gain;
 }
 
 struct Condition {

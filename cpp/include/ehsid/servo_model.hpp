@@ -302,8 +302,9 @@ ServoReading<Scalar> identify_servo(const Vector<Scalar, 6>& theta,
 
 /// The same of an estimate whose integrator is known, see integrating.hpp: theta = (a1, a2, b1, b2, b3).
 template <class Scalar>
-ServoReading<Scalar> identify_servo(const Vector<Scalar, 5>& theta,
-                                    const SquareMatrix<Scalar, 5>& covariance, Scalar dt_s) {
+ServoReading<Scalar> identify_integrating_servo(const Vector<Scalar, 5>& theta,
+                                                const SquareMatrix<Scalar, 5>& covariance,
+                                                Scalar dt_s) {
   // (1 - q^-1) (1 + a1 q^-1 + a2 q^-2) = 1 + (a1 - 1) q^-1 + (a2 - a1) q^-2 - a2 q^-3
   Eigen::Matrix<Scalar, 6, 5> times = Eigen::Matrix<Scalar, 6, 5>::Zero();
   times(0, 0) = times(1, 1) = Scalar(1);
