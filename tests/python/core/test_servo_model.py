@@ -382,7 +382,8 @@ def test_every_status_has_words_of_its_own() -> None:
 @pytest.mark.parametrize(
     ("theta", "covariance", "words"),
     [
-        (np.zeros(5), NO_COVARIANCE, r"theta has shape \(5,\)"),
+        (np.zeros(4), NO_COVARIANCE, r"theta has shape \(4,\)"),
+        (np.zeros(5), NO_COVARIANCE, r"covariance has shape \(6, 6\), expected \(5, 5\)"),
         (np.zeros((6, 1)), NO_COVARIANCE, r"theta has shape \(6, 1\)"),
         (np.zeros(6), np.zeros((6, 5)), r"covariance has shape \(6, 5\)"),
         (np.zeros(6), np.zeros((5, 6)), r"covariance has shape \(5, 6\), expected \(6, 6\)"),
