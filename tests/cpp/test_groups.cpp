@@ -76,18 +76,6 @@ TEST(Loops, UpwardsVisitsEveryIndexInOrder) {
   });
 }
 
-TEST(Loops, DownwardsVisitsEveryIndexInOrder) {
-  each_count([](int n, auto count) {
-    std::vector<int> at_run_time;
-    std::vector<int> known;
-    ehsid::downwards(n, [&](int i) { at_run_time.push_back(i); });
-    ehsid::downwards(count, [&](auto i) { known.push_back(i); });
-    const auto up = ascending(n);
-    EXPECT_EQ(at_run_time, std::vector<int>(up.rbegin(), up.rend()));
-    EXPECT_EQ(known, at_run_time);
-  });
-}
-
 TEST(Loops, ACountIsKnownWhereLoopsAreUnrolled) {
   const auto n = ehsid::count_of<6>(6);
   EXPECT_EQ(static_cast<int>(n), 6);

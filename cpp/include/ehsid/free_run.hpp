@@ -84,9 +84,9 @@ class FreeRun {
 
   /// Whether a state that was read can be one of free runs.
   bool possible() const {
-    return length_ >= 0 && length_ <= 1000000000 && count_ >= 0 && count_ <= length_ && failures_ >= 0 &&
-           failures_ < 1000000000 && since_ >= 0 && since_ < 10 && windows_ >= Scalar(0) &&
-           weight_ >= Scalar(0) && first_gain_ >= Scalar(0);
+    return length_ >= 0 && length_ <= 1000000000 && count_ >= 0 && count_ <= length_ &&
+           failures_ >= 0 && failures_ < 1000000000 && since_ >= 0 && since_ < 10 &&
+           windows_ >= Scalar(0) && weight_ >= Scalar(0) && first_gain_ >= Scalar(0);
   }
 
   /// Effective number of windows, at most ten.
