@@ -26,7 +26,7 @@ ABOUT = (
     "that it would give again. The first rows are frames that the host receives. Then follow "
     "targets that misbehave, and frames that the firmware of `examples/firmware/servo` receives."
 )
-IDENTITY = struct.pack("<H3BBH", 1, 1, 2, 3, 0b1001, 1 << 6) + b"board".ljust(12, b"\0")
+IDENTITY = struct.pack("<H3BBH", 2, 1, 2, 3, 0b1001, 1 << 6) + b"board".ljust(12, b"\0")
 RESULT = struct.pack("<I3fBBH", 0, 0.0, 20.0, 0.05, 0, 0, 0) + struct.pack("<5f", 0, 1, 99, 1, 0)
 RESULT += struct.pack("<I3H", 0, 0, 0, 0) + struct.pack("<B2f", 2, 0.5, 0.5)
 
