@@ -267,7 +267,7 @@ def _lacks(data: IoData, recursion: Recursion, result: EstimationResult) -> list
             "for such effects in the records of a servo."
         )
     found += _use(result)
-    found += _without_information(data, recursion, result)
+    found += _without_information(result)
     name, times = _worst(result)
     # The deviations are enlarged where the residuals are not white; `settled` takes the plain ones.
     if not result.settled and np.isfinite(times) and times > 1.0:
@@ -310,22 +310,13 @@ def _use(result: EstimationResult) -> Iterator[str]:
         )
 
 
-def _without_information(
-    data: IoData, recursion: Recursion, result: EstimationResult
-) -> Iterator[str]:
-    """Says why most samples carried no information: the record, or the method."""
-    if result.skipped <= MOST_SKIPPED * result.n_samples:
-        return
-    told = f"{result.skipped} of {result.n_samples} samples carried no information"
-    if recursion.method != "rls":
-        plain = estimate(data, **vars(replace(recursion, method="rls")))
-        if plain.skipped <= MOST_SKIPPED * plain.n_samples:
-            yield (
-                f"{told} for the method {recursion.method}, but {plain.skipped} for rls: the "
-                "record is not to blame. Take the method rls, or other orders."
-            )
-            return
-    yield f"{told}. Record the machine while the command moves it most of the time."
+def _without_information(result: EstimationResult) -> Iterator[str]:
+    """Says that most samples carried no information."""
+    if result.skipped > MOST_SKIPPED * result.n_samples:
+        yield (
+            f"{result.skipped} of {result.n_samples} samples carried no information. Record the "
+            "machine while the command moves it most of the time."
+        )
 
 
 def _worst(result: EstimationResult) -> tuple[str, float]:

@@ -114,15 +114,3 @@ def test_an_estimate_that_has_settled_with_coloured_residuals_may_be_used_within
     assert "The estimate has settled" in told
     assert "what counts as converged" not in told
     assert f"fits the output by {result.simulation_fit_percent:.1f} %" in told
-
-
-def test_the_method_not_the_record_is_to_blame_where_least_squares_have_information() -> None:
-    u, y = integrating(0.2)
-    wrong = Recursion(
-        ArxOrders(2, 1, 1, offset=True), ehsid.Constant(1.0), reset=False, method="riv"
-    )
-    data = IoData.from_arrays(u, y)
-    result = estimate(data, **vars(wrong))
-    assert result.skipped > 0.5 * result.n_samples
-    told = " ".join(advise(data, wrong, result).lacks)
-    assert "carried no information for the method riv, but 0 for rls" in told
