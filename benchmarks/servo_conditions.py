@@ -44,7 +44,7 @@ def followed(
     random = np.random.default_rng(seed)
     count, change = round(SECONDS / dt_s), round(CHANGE_S / dt_s)
     advance = transition(GAIN, dt_s), transition(CHANGED * GAIN, dt_s)
-    tracker, state = ehsid.ServoEstimator(dt_s), np.zeros(4)
+    estimator, state = ehsid.ServoEstimator(dt_s), np.zeros(4)
     kp = 60.0 if follows else BANDWIDTH / GAIN
     error, trusted = np.zeros(count), np.zeros(count, dtype=bool)
     for k in range(count):
@@ -53,8 +53,8 @@ def followed(
             position = resolution_m * np.rint(position / resolution_m)
         target = STEP_M if k * dt_s % (2.0 * STEP_S) < STEP_S else -STEP_M
         state[3] = np.clip(kp * (target - position), -10.0, 10.0)
-        tracker.step(state[3], position)
-        gain = tracker.servo().gain
+        estimator.step(state[3], position)
+        gain = estimator.servo().gain
         if follows and gain.trusted:
             kp += 0.01 * (BANDWIDTH / gain.value - kp)
         true = GAIN if k < change else CHANGED * GAIN

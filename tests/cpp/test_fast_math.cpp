@@ -63,39 +63,39 @@ TEST(FastMath, UpdateOfFloat) { expect_refused<float>(); }
 TEST(FastMath, UpdateOfDouble) { expect_refused<double>(); }
 
 template <class Scalar>
-void expect_refused_by_tracker() {
+void expect_refused_by_servo_estimator() {
   volatile Scalar zero = 0;
-  ehsid::ServoEstimator<Scalar> tracker;
+  ehsid::ServoEstimator<Scalar> estimator;
   typename ehsid::ServoEstimator<Scalar>::Options options;
-  EXPECT_EQ(tracker.configure(options), ehsid::Status::invalid_argument);
+  EXPECT_EQ(estimator.configure(options), ehsid::Status::invalid_argument);
   options.dt_s = Scalar(0.01);
-  ASSERT_EQ(tracker.configure(options), ehsid::Status::ok);
+  ASSERT_EQ(estimator.configure(options), ehsid::Status::ok);
   Scalar velocity(0);
   Scalar y(0);
   const auto run = [&] {
     for (int k = 0; k < 1500; ++k) {
       const Scalar u = k / 25 % 3 == 1 ? Scalar(-1) : Scalar(0.7);
-      ASSERT_FALSE(ehsid::is_error(tracker.step(u, y)));
+      ASSERT_FALSE(ehsid::is_error(estimator.step(u, y)));
       velocity += Scalar(0.2) * (Scalar(0.001) * u - velocity);
       y += velocity;
     }
   };
   run();
-  const Scalar before = tracker.servo().gain.value;
+  const Scalar before = estimator.servo().gain.value;
   const Scalar one = Scalar(1) + zero;
   for (const Scalar bad : {one / zero, -one / zero, zero / zero}) {
-    EXPECT_EQ(tracker.step(bad, y), ehsid::Status::invalid_input);
-    EXPECT_EQ(tracker.step(one, bad), ehsid::Status::invalid_input);
+    EXPECT_EQ(estimator.step(bad, y), ehsid::Status::invalid_input);
+    EXPECT_EQ(estimator.step(one, bad), ehsid::Status::invalid_input);
     options.dt_s = bad;
-    EXPECT_EQ(tracker.configure(options), ehsid::Status::invalid_argument);
+    EXPECT_EQ(estimator.configure(options), ehsid::Status::invalid_argument);
   }
-  EXPECT_EQ(tracker.servo().gain.value, before);
+  EXPECT_EQ(estimator.servo().gain.value, before);
   run();
-  EXPECT_NEAR(tracker.servo().gain.value, Scalar(0.1), Scalar(0.01));
-  EXPECT_TRUE(tracker.servo().gain.trusted);
+  EXPECT_NEAR(estimator.servo().gain.value, Scalar(0.1), Scalar(0.01));
+  EXPECT_TRUE(estimator.servo().gain.trusted);
 }
 
-TEST(FastMath, TrackerOfFloat) { expect_refused_by_tracker<float>(); }
-TEST(FastMath, TrackerOfDouble) { expect_refused_by_tracker<double>(); }
+TEST(FastMath, ServoEstimatorOfFloat) { expect_refused_by_servo_estimator<float>(); }
+TEST(FastMath, ServoEstimatorOfDouble) { expect_refused_by_servo_estimator<double>(); }
 
 }  // namespace

@@ -150,19 +150,19 @@ TYPED_TEST(NoHeapOfGradients, WholeLifeOfAnEstimator) {
 }
 
 template <class Scalar>
-class NoHeapOfTracker : public testing::Test {};
+class NoHeapOfServo : public testing::Test {};
 using Scalars = testing::Types<float, double>;
-TYPED_TEST_SUITE(NoHeapOfTracker, Scalars, );
+TYPED_TEST_SUITE(NoHeapOfServo, Scalars, );
 
-TYPED_TEST(NoHeapOfTracker, WholeLifeOfAServoEstimator) {
+TYPED_TEST(NoHeapOfServo, WholeLifeOfAServoEstimator) {
   using Scalar = TypeParam;
   std::minstd_rand random(7);
   const int before = allocations;
 
-  ehsid::ServoEstimator<Scalar> tracker;
+  ehsid::ServoEstimator<Scalar> estimator;
   typename ehsid::ServoEstimator<Scalar>::Options options;
   options.dt_s = Scalar(0.01);
-  ehsid::Status status = tracker.configure(options);
+  ehsid::Status status = estimator.configure(options);
   int tracked = 0;
   bool trusted = false;
   Scalar velocity(0);
@@ -171,14 +171,14 @@ TYPED_TEST(NoHeapOfTracker, WholeLifeOfAServoEstimator) {
   for (int k = 0; k < 4000; ++k) {
     u = k % 20 != 0 ? u : random() % 2 == 0 ? Scalar(1) : Scalar(-1);
     u = k > 3000 ? Scalar(0) : u;  // a rest
-    status = tracker.step(u, y);
+    status = estimator.step(u, y);
     tracked += status == ehsid::Status::ok ? 1 : 0;
-    trusted = trusted || tracker.servo().gain.trusted;
+    trusted = trusted || estimator.servo().gain.trusted;
     velocity += Scalar(0.2) * (Scalar(0.001) * u - velocity);
     y += velocity;
   }
-  const bool rested = tracker.resting();
-  status = tracker.step(std::numeric_limits<Scalar>::quiet_NaN(), y);
+  const bool rested = estimator.resting();
+  status = estimator.step(std::numeric_limits<Scalar>::quiet_NaN(), y);
   const int allocated = allocations - before;
 
   EXPECT_EQ(allocated, 0);

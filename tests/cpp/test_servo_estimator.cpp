@@ -48,10 +48,10 @@ struct Servo {
   }
 };
 
-/// A servo, its controller with steps of +-20 mm, each for 0.6 s, and the tracker.
+/// A servo, its controller with steps of +-20 mm, each for 0.6 s, and the estimator.
 template <class Scalar>
 struct Loop {
-  ehsid::ServoEstimator<Scalar> tracker;
+  ehsid::ServoEstimator<Scalar> estimator;
   Servo servo;
   double dt = 0.01;
   double dead_band = 0.0;  // of the valve, in units of the command
@@ -69,7 +69,7 @@ struct Loop {
   void configure() {
     typename ehsid::ServoEstimator<Scalar>::Options options;
     options.dt_s = static_cast<Scalar>(dt);
-    ASSERT_EQ(tracker.configure(options), Status::ok);
+    ASSERT_EQ(estimator.configure(options), Status::ok);
   }
 
   /// Of the servo; as of one sample ago where the sensor is late.
@@ -79,15 +79,15 @@ struct Loop {
     return late ? before : now;
   }
 
-  /// glitch: added to what the tracker is told of the position, and not to what the controller uses.
+  /// glitch: added to what the estimator is told of the position, and not to what the controller uses.
   Status step(double glitch = 0.0) {
     const double position = measured();
     const bool forth = held || static_cast<int>(time / 0.6 + 1e-9) % 2 == 0;
     const double command = kp * ((forth ? 0.02 : -0.02) - (position - offset));
     const Status status =
-        tracker.step(static_cast<Scalar>(command), static_cast<Scalar>(position + glitch));
+        estimator.step(static_cast<Scalar>(command), static_cast<Scalar>(position + glitch));
     constexpr double kBandwidth = 6.0;  // rad/s
-    if (const auto told = tracker.servo(); adapted && told.gain.trusted) {
+    if (const auto told = estimator.servo(); adapted && told.gain.trusted) {
       kp = kBandwidth / static_cast<double>(told.gain.value);
     }
     const double shorter = std::abs(command) - dead_band;
@@ -101,12 +101,12 @@ struct Loop {
       ASSERT_FALSE(ehsid::is_error(step()));
     }
   }
-  double gain() const { return static_cast<double>(tracker.servo().gain.value); }
+  double gain() const { return static_cast<double>(estimator.servo().gain.value); }
 };
 
 template <class Scalar>
 void expect_right(const Loop<Scalar>& loop, double share) {
-  const auto told = loop.tracker.servo();
+  const auto told = loop.estimator.servo();
   EXPECT_NEAR(static_cast<double>(told.gain.value) / loop.servo.gain, 1.0, share)
       << "at " << loop.time << " s";
   EXPECT_TRUE(told.gain.trusted) << "at " << loop.time << " s: reason "
@@ -124,20 +124,20 @@ TEST_P(OrdinaryServo, IsFoundAndFollowedThroughAChange) {
   Loop<float> loop;
   std::tie(loop.dt, loop.noise, loop.adapted) = GetParam();
   loop.configure();
-  EXPECT_FALSE(loop.tracker.servo().gain.trusted);
+  EXPECT_FALSE(loop.estimator.servo().gain.trusted);
   EXPECT_FALSE(ehsid::is_finite(loop.gain()));
   loop.run_until(30.0);
   expect_right(loop, 0.05);
-  const auto told = loop.tracker.servo();
+  const auto told = loop.estimator.servo();
   EXPECT_TRUE(told.omega_n.trusted && told.xi.trusted);
   EXPECT_NEAR(told.omega_n.value, 25.0, 2.5);
   EXPECT_NEAR(told.xi.value, 0.3, 0.1);
-  EXPECT_EQ(loop.tracker.resets(), 0);
+  EXPECT_EQ(loop.estimator.resets(), 0);
 
   loop.servo.gain *= 1.5;
   loop.run_until(60.0);
   expect_right(loop, 0.05);
-  EXPECT_EQ(loop.tracker.delay(), 1);
+  EXPECT_EQ(loop.estimator.delay(), 1);
   if (loop.adapted) {
     EXPECT_NEAR(loop.kp, 6.0 / 0.045, 0.05 * 6.0 / 0.045);
   }
@@ -150,15 +150,15 @@ TEST(ServoEstimator, KeepsTheGainInAHoldAndGoesOnBehindIt) {
   const double before = loop.gain();
   loop.held = true;
   loop.run_until(40.0);
-  EXPECT_TRUE(loop.tracker.resting());
+  EXPECT_TRUE(loop.estimator.resting());
   EXPECT_EQ(loop.step(), Status::no_information);
   EXPECT_NEAR(loop.gain(), before, 0.02 * before);
   loop.servo.gain = 0.045;
   loop.held = false;
   loop.run_until(50.0);
-  EXPECT_FALSE(loop.tracker.resting());
+  EXPECT_FALSE(loop.estimator.resting());
   expect_right(loop, 0.05);
-  EXPECT_EQ(loop.tracker.resets(), 0);
+  EXPECT_EQ(loop.estimator.resets(), 0);
 }
 
 TEST(ServoEstimator, ADeadBandThatHoldsTheRodTeachesNothing) {
@@ -169,12 +169,12 @@ TEST(ServoEstimator, ADeadBandThatHoldsTheRodTeachesNothing) {
   const double before = loop.gain();
   loop.held = true;
   loop.run_until(40.0);
-  EXPECT_TRUE(loop.tracker.resting());
+  EXPECT_TRUE(loop.estimator.resting());
   // A dead band takes a part of each command, so that no K is exact: it stays the one that fits the motion.
   EXPECT_NEAR(loop.gain(), before, 0.1 * before);
   loop.held = false;
   loop.run_until(50.0);
-  EXPECT_FALSE(loop.tracker.resting());
+  EXPECT_FALSE(loop.estimator.resting());
   EXPECT_NEAR(loop.gain(), before, 0.1 * before);
 }
 
@@ -185,19 +185,19 @@ TEST(ServoEstimator, OneSineShowsTheGainOnly) {
     const double position = loop.measured();
     const double command = 200.0 * (0.02 * std::sin(loop.time) - position);
     ASSERT_FALSE(ehsid::is_error(
-        loop.tracker.step(static_cast<float>(command), static_cast<float>(position))));
+        loop.estimator.step(static_cast<float>(command), static_cast<float>(position))));
     loop.servo.advance(command, loop.dt);
     loop.time += loop.dt;
   }
   expect_right(loop, 0.05);
-  const auto told = loop.tracker.servo();
+  const auto told = loop.estimator.servo();
   for (const auto& value : {told.omega_n, told.xi}) {
     EXPECT_FALSE(value.trusted);
     EXPECT_EQ(value.reason, TrustReason::single_sine);
   }
 }
 
-/// One sine is fitted by every servo on a curve, and some of these are far off. Where the tracker sees that there is but one
+/// One sine is fitted by every servo on a curve, and some of these are far off. Where the estimator sees that there is but one
 /// sine it takes the servo with xi = 0.45. Of slower sines not even K can be told: docs/which_estimator.md.
 TEST(ServoEstimator, TheGainUnderASineIsThatOfAnOrdinaryServo) {
   for (const double omega : {3.2, 6.3}) {
@@ -214,7 +214,7 @@ TEST(ServoEstimator, TheGainUnderASineIsThatOfAnOrdinaryServo) {
         const double position = loop.measured();
         const double command = loop.kp * (0.04 / omega * std::sin(omega * loop.dt * k) - position);
         static_cast<void>(
-            loop.tracker.step(static_cast<float>(command), static_cast<float>(position)));
+            loop.estimator.step(static_cast<float>(command), static_cast<float>(position)));
         loop.servo.advance(command, loop.dt);
       }
       EXPECT_NEAR(loop.gain() / loop.servo.gain, 1.0, 0.05) << omega << " rad/s, seed " << seed;
@@ -237,13 +237,13 @@ TEST(ServoEstimator, DoesNotTrustWhatAChangeHasMadeWrong) {
       bool suspected = false;
       while (loop.time < 30.0) {
         static_cast<void>(loop.step());
-        const auto gain = loop.tracker.servo().gain;
+        const auto gain = loop.estimator.servo().gain;
         const bool off = std::abs(loop.gain() / loop.servo.gain - 1.0) > 0.1;
         wrong += gain.trusted && off ? dt : 0.0;
         if (!suspected && gain.reason == TrustReason::change_suspected &&
-            loop.tracker.filter().state().outliers >= 4) {
+            loop.estimator.filter().state().outliers >= 4) {
           suspected = true;
-          EXPECT_GT(loop.tracker.filter().covariance(3, 3), 0.03F);
+          EXPECT_GT(loop.estimator.filter().covariance(3, 3), 0.03F);
         }
       }
       EXPECT_TRUE(suspected) << dt << " s, seed " << seed;
@@ -270,9 +270,9 @@ TEST(ServoEstimator, AMotionThatIsNotThatOfTheCommandIsNotTrusted) {
       }
       const bool forth = k / 60 % 2 == 0;
       static_cast<void>(
-          loop.tracker.step(forth ? 3.0F : -3.0F, static_cast<float>(loop.measured())));
+          loop.estimator.step(forth ? 3.0F : -3.0F, static_cast<float>(loop.measured())));
       loop.servo.advance(command, loop.dt);
-      const auto gain = loop.tracker.servo().gain;
+      const auto gain = loop.estimator.servo().gain;
       trusted += k > 300 && gain.trusted ? 1 : 0;
       misfit = misfit || gain.reason == TrustReason::model_does_not_fit;
     }
@@ -286,7 +286,7 @@ TEST(ServoEstimator, TheIntervalIsAsNarrowAsTheNoiseAllows) {
   Loop<float> loop;
   loop.configure();
   loop.run_until(20.0);
-  const auto told = loop.tracker.servo();
+  const auto told = loop.estimator.servo();
   EXPECT_LT(told.gain.half_width, 0.05F * told.gain.value);
   EXPECT_LT(told.omega_n.half_width, 0.05F * told.omega_n.value);
 }
@@ -310,18 +310,18 @@ TEST(ServoEstimator, RefusesWhatIsNoNumberAndGoesOn) {
   const float infinity = std::numeric_limits<float>::infinity();
   const float nan = std::numeric_limits<float>::quiet_NaN();
   for (const float bad : {nan, infinity, -infinity}) {
-    EXPECT_EQ(loop.tracker.step(bad, 0.0F), Status::invalid_input);
-    EXPECT_EQ(loop.tracker.step(0.0F, bad), Status::invalid_input);
+    EXPECT_EQ(loop.estimator.step(bad, 0.0F), Status::invalid_input);
+    EXPECT_EQ(loop.estimator.step(0.0F, bad), Status::invalid_input);
   }
   for (const float bad : {2e12F, std::numeric_limits<float>::lowest()}) {
-    EXPECT_EQ(loop.tracker.step(bad, 0.0F), Status::out_of_range);
-    EXPECT_EQ(loop.tracker.step(0.0F, bad), Status::out_of_range);
+    EXPECT_EQ(loop.estimator.step(bad, 0.0F), Status::out_of_range);
+    EXPECT_EQ(loop.estimator.step(0.0F, bad), Status::out_of_range);
   }
   EXPECT_EQ(loop.gain(), before);
   loop.servo.advance(3.0, 0.3);  // the servo goes on meanwhile
   loop.run_until(13.0);
   EXPECT_NEAR(loop.gain(), 0.03, 0.0015);
-  EXPECT_EQ(loop.tracker.resets(), 0);
+  EXPECT_EQ(loop.estimator.resets(), 0);
   expect_right(loop, 0.05);
 }
 
@@ -329,18 +329,18 @@ TEST(ServoEstimator, InvalidOptionsLeaveEverythingAsItWas) {
   Loop<float> loop;
   loop.configure();
   loop.run_until(5.0);
-  const auto good = loop.tracker.options();
+  const auto good = loop.estimator.options();
   const auto refused = [&](auto change) {
-    const auto before = loop.tracker;
+    const auto before = loop.estimator;
     auto options = good;
     change(options);
-    EXPECT_EQ(loop.tracker.configure(options), Status::invalid_argument);
+    EXPECT_EQ(loop.estimator.configure(options), Status::invalid_argument);
     const auto was = before.servo();
-    const auto is = loop.tracker.servo();
+    const auto is = loop.estimator.servo();
     EXPECT_EQ(is.gain.value, was.gain.value);
     EXPECT_EQ(is.gain.half_width, was.gain.half_width);
-    EXPECT_EQ(loop.tracker.options().dt_s, good.dt_s);
-    EXPECT_EQ(loop.tracker.filter().state().samples, before.filter().state().samples);
+    EXPECT_EQ(loop.estimator.options().dt_s, good.dt_s);
+    EXPECT_EQ(loop.estimator.filter().state().samples, before.filter().state().samples);
   };
   const float nan = std::numeric_limits<float>::quiet_NaN();
   const float infinity = std::numeric_limits<float>::infinity();
@@ -368,7 +368,7 @@ TEST(ServoEstimator, HalfAMetreOffZeroChangesNothingOfFloat32) {
   exact.configure();
   exact.run_until(30.0);
   // The last place of 0.5 m is 0.06 um.
-  EXPECT_NEAR(loop.gain(), exact.gain(), 0.1 * exact.tracker.servo().gain.half_width);
+  EXPECT_NEAR(loop.gain(), exact.gain(), 0.1 * exact.estimator.servo().gain.half_width);
 }
 
 TEST(ServoEstimator, APositiveCommandMayRetract) {
@@ -386,7 +386,7 @@ TEST(ServoEstimator, OneSampleMoreDelayThanStatedIsFound) {
   loop.late = true;
   loop.configure();
   loop.run_until(30.0);
-  EXPECT_EQ(loop.tracker.delay(), 2);
+  EXPECT_EQ(loop.estimator.delay(), 2);
   expect_right(loop, 0.05);
 }
 
@@ -466,16 +466,16 @@ TEST_P(HostileSamples, LeaveEverythingFiniteAndAreOverInFourThousandGoodOnes) {
   Hostile hostile(GetParam());
   for (int k = 0; k < 100000; ++k) {
     const auto [command, position] = hostile.next();
-    static_cast<void>(loop.tracker.step(command, position));
-    const auto told = loop.tracker.servo();
+    static_cast<void>(loop.estimator.step(command, position));
+    const auto told = loop.estimator.servo();
     ASSERT_TRUE(finite_or_none(told.gain) && finite_or_none(told.omega_n) &&
                 finite_or_none(told.xi))
         << "sample " << k << ": " << told.gain.value << " +- " << told.gain.half_width << ", "
         << told.omega_n.value << " +- " << told.omega_n.half_width << ", " << told.xi.value
         << " +- " << told.xi.half_width;
     if (k % 97 == 0) {
-      const auto bytes = saved(loop.tracker);
-      ASSERT_EQ(loop.tracker.check(bytes.data(), bytes.size()), ehsid::SnapshotFault::none) << k;
+      const auto bytes = saved(loop.estimator);
+      ASSERT_EQ(loop.estimator.check(bytes.data(), bytes.size()), ehsid::SnapshotFault::none) << k;
     }
   }
   loop.run_until(5.0 + 4000 * loop.dt);
@@ -506,18 +506,18 @@ TYPED_TEST(Snapshots, GoOnAsTheEstimatorThatWasSaved) {
     loop.held = end > 15.0 && end < 20.2;
     loop.servo.gain = end > 20.2 ? 0.06 : 0.03;
     loop.run_until(end);
-    const auto bytes = saved(loop.tracker);
+    const auto bytes = saved(loop.estimator);
     auto copy = loop;
     Loop<TypeParam> other;
     other.configure();
-    ASSERT_EQ(other.tracker.restore(bytes.data(), bytes.size()), Status::ok) << end;
-    EXPECT_EQ(saved(other.tracker), bytes);
-    copy.tracker = other.tracker;
+    ASSERT_EQ(other.estimator.restore(bytes.data(), bytes.size()), Status::ok) << end;
+    EXPECT_EQ(saved(other.estimator), bytes);
+    copy.estimator = other.estimator;
     auto same = loop;
     for (int k = 0; k < 300; ++k) {
       ASSERT_EQ(copy.step(), same.step());
     }
-    EXPECT_EQ(saved(copy.tracker), saved(same.tracker)) << end;
+    EXPECT_EQ(saved(copy.estimator), saved(same.estimator)) << end;
   }
 }
 
@@ -528,21 +528,21 @@ TYPED_TEST(Snapshots, AreThoseOfANewEstimatorOnceOneThatRanIsConfigured) {
   used.configure();
   used.run_until(10.0);
   used.configure();
-  EXPECT_EQ(saved(used.tracker), saved(fresh.tracker));
+  EXPECT_EQ(saved(used.estimator), saved(fresh.estimator));
 }
 
 TYPED_TEST(Snapshots, AreRefusedWhereTheyAreDamagedOrOfAnother) {
   Loop<TypeParam> loop;
   loop.configure();
   loop.run_until(3.0);
-  const auto good = saved(loop.tracker);
+  const auto good = saved(loop.estimator);
   Loop<TypeParam> fresh;
   fresh.configure();
-  const auto before = saved(fresh.tracker);
+  const auto before = saved(fresh.estimator);
   const auto fault = [&](const std::vector<std::uint8_t>& bytes, std::size_t count) {
-    const auto found = fresh.tracker.check(bytes.data(), count);
-    EXPECT_EQ(fresh.tracker.restore(bytes.data(), count), Status::invalid_argument);
-    EXPECT_EQ(saved(fresh.tracker), before);
+    const auto found = fresh.estimator.check(bytes.data(), count);
+    EXPECT_EQ(fresh.estimator.restore(bytes.data(), count), Status::invalid_argument);
+    EXPECT_EQ(saved(fresh.estimator), before);
     return found;
   };
   for (std::size_t i = 0; i < good.size(); i += 7) {
@@ -553,20 +553,20 @@ TYPED_TEST(Snapshots, AreRefusedWhereTheyAreDamagedOrOfAnother) {
   EXPECT_EQ(fault(good, good.size() - 1), ehsid::SnapshotFault::damaged);
   EXPECT_EQ(fault(good, 3), ehsid::SnapshotFault::not_a_snapshot);
 
-  auto options = loop.tracker.options();
+  auto options = loop.estimator.options();
   options.tolerance = TypeParam(0.2);
-  ASSERT_EQ(loop.tracker.configure(options), Status::ok);
-  EXPECT_EQ(fault(saved(loop.tracker), good.size()), ehsid::SnapshotFault::other_configuration);
-  options = fresh.tracker.options();
+  ASSERT_EQ(loop.estimator.configure(options), Status::ok);
+  EXPECT_EQ(fault(saved(loop.estimator), good.size()), ehsid::SnapshotFault::other_configuration);
+  options = fresh.estimator.options();
   options.delay = 2;
-  ASSERT_EQ(loop.tracker.configure(options), Status::ok);
-  const auto late = saved(loop.tracker);
+  ASSERT_EQ(loop.estimator.configure(options), Status::ok);
+  const auto late = saved(loop.estimator);
   EXPECT_EQ(late.size(), good.size() + sizeof(TypeParam));
   EXPECT_EQ(fault(late, late.size()), ehsid::SnapshotFault::other_model);
   using Other = std::conditional_t<std::is_same_v<TypeParam, float>, double, float>;
   Loop<Other> other;
   other.configure();
-  const auto wide = saved(other.tracker);
+  const auto wide = saved(other.estimator);
   EXPECT_EQ(fault(wide, wide.size()), ehsid::SnapshotFault::other_model);
 }
 
@@ -578,7 +578,7 @@ TYPED_TEST(Snapshots, ThatNoEstimatorMadeAreRefusedOrHarmless) {
   int refused = 0;
   for (const double end : {1.0, 6.0}) {
     loop.run_until(end);
-    const auto good = saved(loop.tracker);
+    const auto good = saved(loop.estimator);
     for (int i = 0; i < 2000; ++i) {
       auto forged = good;
       const std::size_t place = random() % (forged.size() - 4);
@@ -587,13 +587,13 @@ TYPED_TEST(Snapshots, ThatNoEstimatorMadeAreRefusedOrHarmless) {
       repair(forged);
       Loop<TypeParam> other;
       other.configure();
-      if (other.tracker.restore(forged.data(), forged.size()) != Status::ok) {
+      if (other.estimator.restore(forged.data(), forged.size()) != Status::ok) {
         ++refused;
         continue;
       }
       for (int k = 0; k < 30; ++k) {
         static_cast<void>(other.step());
-        const auto told = other.tracker.servo();
+        const auto told = other.estimator.servo();
         ASSERT_TRUE(finite_or_none(told.gain) && finite_or_none(told.omega_n) &&
                     finite_or_none(told.xi))
             << "place " << place;

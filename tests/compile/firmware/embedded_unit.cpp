@@ -88,17 +88,17 @@ using PolicyOfSix = PolicyAt<kPlace, float>;
 }  // namespace ehsid
 EHSID_EACH_POLICY(EHSID_FIRMWARE_OF)
 
-ehsid::Status start_tracker(void* storage, float dt_s) {
-  auto& tracker = *::new (storage) ehsid::ServoEstimator<float>();
+ehsid::Status start_servo(void* storage, float dt_s) {
+  auto& estimator = *::new (storage) ehsid::ServoEstimator<float>();
   ehsid::ServoEstimator<float>::Options options;
   options.dt_s = dt_s;
-  return tracker.configure(options);
+  return estimator.configure(options);
 }
 
-ehsid::Status step_tracker(ehsid::ServoEstimator<float>& tracker, float command, float position) {
-  return tracker.step(command, position);
+ehsid::Status step_servo(ehsid::ServoEstimator<float>& estimator, float command, float position) {
+  return estimator.step(command, position);
 }
 
-ehsid::TrackedServo<float> read_tracker(const ehsid::ServoEstimator<float>& tracker) {
-  return tracker.servo();
+ehsid::TrackedServo<float> read_servo(const ehsid::ServoEstimator<float>& estimator) {
+  return estimator.servo();
 }
