@@ -14,7 +14,7 @@ import numpy as np
 
 import ehsid
 from ehsid.harness.estimation.recursion import Recursion
-from ehsid.harness.estimation.replay import estimate
+from ehsid.harness.estimation.replay import replay
 from ehsid.harness.estimation.result import EstimationResult
 from ehsid.harness.identification import (
     IdentificationError,
@@ -90,7 +90,7 @@ def advise(data: IoData, recursion: Recursion, result: EstimationResult) -> Advi
     helping = []
     for why, setting, changed in _changes(data, recursion, result):
         try:
-            tried = estimate(data, **vars(changed))
+            tried = replay(data, changed)
         except (IdentificationError, ValueError):  # too short for it, or no such combination
             continue
         if tried.converged and (tried.residuals_white or not result.converged):

@@ -90,7 +90,8 @@ def estimate_all(
     ):
         try:
             one = recursion.figures(lane.data, run.estimator, lane.scaling, *run.of(lane.sample))
-            found[i] = one if one.servo is None else replace(one, servo=one.servo.told)
+            servo = recursion.servo(lane.data)
+            found[i] = replace(one, servo=None if servo is None else servo.told)
         except IdentificationError as error:
             found[i] = error
     return [found[i] for i in range(len(records))]

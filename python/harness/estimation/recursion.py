@@ -11,7 +11,7 @@ import numpy.typing as npt
 import ehsid
 from ehsid.harness.arrays import FloatArray
 from ehsid.harness.estimation.result import Estimate
-from ehsid.harness.estimation.servo import estimate_servo
+from ehsid.harness.estimation.servo import ServoPath, estimate_servo
 from ehsid.harness.identification import (
     ArxModel,
     ArxOrders,
@@ -90,7 +90,7 @@ class Recursion:
         innovation: FloatArray,
         status: npt.NDArray[np.uint8],
     ) -> Estimate:
-        """Returns the figures of an estimator that has run over a record.
+        """Returns the figures of an estimator that has run over a record, without its servo.
 
         Parameters
         ----------
@@ -156,13 +156,13 @@ class Recursion:
             skipped=int(np.count_nonzero(status == ehsid.Status.no_information)),
             residuals_white=estimator.residuals_white,
             whiteness=estimator.whiteness,
-            servo=estimate_servo(data, self.orders.nk, self.dtype) if self._of_a_servo else None,
+            servo=None,
         )
 
-    @property
-    def _of_a_servo(self) -> bool:
-        """Whether the orders are those of Eq. (6)."""
-        return self.orders.na == 3 and self.orders.nb == 3
+    def servo(self, data: IoData) -> ServoPath | None:
+        """Reads a record as a servo; None where the orders are not those of Eq. (6)."""
+        of_a_servo = self.orders.na == 3 and self.orders.nb == 3
+        return estimate_servo(data, self.orders.nk, self.dtype) if of_a_servo else None
 
     def of_raw_signals(self, theta: FloatArray, scaling: ehsid.Scaling) -> FloatArray:
         """Returns estimates with the constant term of the signals as they are in the record.

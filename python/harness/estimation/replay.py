@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 import ehsid
@@ -40,6 +42,11 @@ def estimate(
         the structure is outside the compiled range, or the method does not take the policy.
     """
     recursion = Recursion(orders, forgetting, reset, guards, start_variance, dtype, method)
+    return replace(replay(data, recursion), servo=recursion.servo(data))
+
+
+def replay(data: IoData, recursion: Recursion) -> EstimationResult:
+    """Runs the recursion alone: as `estimate`, but the record is not read as a servo."""
     scaling = scaling_of(data)
     estimator = recursion.estimator(scaling)
     paths = []
@@ -57,8 +64,8 @@ def estimate(
     figures = recursion.figures(data, estimator, scaling, innovation, status)
     known = np.isfinite(innovation)
     deviation = joined("standard_deviation")
-    deviation[np.cumsum(known) <= orders.n_parameters + 1] = np.nan
-    if orders.offset:
+    deviation[np.cumsum(known) <= recursion.orders.n_parameters + 1] = np.nan
+    if recursion.orders.offset:
         deviation[:, -1] = np.nan
         deviation[-1, -1] = figures.standard_deviation[-1]
     return EstimationResult(

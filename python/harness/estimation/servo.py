@@ -6,7 +6,6 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
-from weakref import WeakKeyDictionary
 
 import numpy as np
 import numpy.typing as npt
@@ -136,10 +135,6 @@ class ServoPath:
         }
 
 
-# Of records in use: to try another ARX model on a record changes nothing of its servo.
-_KNOWN: WeakKeyDictionary[IoData, dict[tuple[int, str], ServoPath]] = WeakKeyDictionary()
-
-
 def estimate_servo(data: IoData, delay: int, dtype: str = "float32") -> ServoPath | None:
     """Runs `ehsid.ServoEstimator` over a record; None without a sampling time.
 
@@ -153,10 +148,7 @@ def estimate_servo(data: IoData, delay: int, dtype: str = "float32") -> ServoPat
     """
     if data.dt_s is None:
         return None
-    known = _KNOWN.setdefault(data, {})
-    if (delay, dtype) not in known:
-        known[delay, dtype] = _path(data, data.dt_s, _delay(data, data.dt_s, max(delay, 1)), dtype)
-    return known[delay, dtype]
+    return _path(data, data.dt_s, _delay(data, data.dt_s, max(delay, 1)), dtype)
 
 
 _Run = tuple[ehsid.ServoEstimator, list[ehsid.TrackedRun]]
