@@ -582,6 +582,9 @@ class ServoEstimator {
     Scalar weights = Scalar(0);
     std::array<Scalar, 3> spread{};
     for (const auto& one : bank_) {
+      if (!one.finite()) {  // a lost start says nothing of the spread
+        continue;
+      }
       const Scalar behind = one.state().likelihood - first.likelihood;
       const Scalar root = bounded_exp(behind / Scalar(4));  // down to -16 nats
       const Scalar weight = root * root * root * root;
