@@ -70,23 +70,25 @@ class pybind11::detail::type_caster<
 
 namespace ehsid::bindings {
 
+/// While it lives no thread of Python may use this object.
+struct Busy {
+  explicit Busy(OneThread& one) : object(one) {
+    require_free(object);
+    object.running = true;
+  }
+  ~Busy() { object.running = false; }
+  Busy(const Busy&) = delete;
+  Busy& operator=(const Busy&) = delete;
+  OneThread& object;
+};
+
 /// Around a run() of this object: lets the other threads of Python work, which may not use the object meanwhile.
 class Run {
  public:
   explicit Run(OneThread& object) : mark_(object) {}
 
  private:
-  struct Mark {
-    explicit Mark(OneThread& one) : object(one) {
-      require_free(object);
-      object.running = true;
-    }
-    ~Mark() { object.running = false; }
-    Mark(const Mark&) = delete;
-    Mark& operator=(const Mark&) = delete;
-    OneThread& object;
-  };
-  Mark mark_;  // set before the GIL is released, cleared after it is taken again
+  Busy mark_;  // set before the GIL is released, cleared after it is taken again
   py::gil_scoped_release released_;
 };
 
@@ -175,6 +177,29 @@ std::string show_properties(const py::object& self, std::initializer_list<const 
 py::array_t<double> as_vector_array(const std::vector<double>& values);
 py::array_t<double> as_matrix_array(const std::vector<double>& values, int n);
 
+/// save() and restore() of an estimator.
+template <class Class>
+void bind_snapshot(Class& cls) {
+  using Any = typename Class::type;
+  cls.def(
+         "save", [](const Any& self) { return py::bytes(self.save()); },
+         "Whole state as bytes, for restore() of an estimator made with the same arguments, here "
+         "or "
+         "in C++ and C (docs/linking.md).")
+      .def(
+          "restore",
+          [](Any& self, const py::bytes& state) {
+            const SnapshotFault fault = self.restore(state);
+            if (fault != SnapshotFault::none) {
+              throw py::value_error(refusal(fault));
+            }
+          },
+          py::arg("state"),
+          "Takes over a saved state. ValueError, and nothing changed, where the bytes are damaged "
+          "or "
+          "were saved by another version, or by an estimator made with other arguments.");
+}
+
 /// Properties and methods that Rls and ArxEstimator share.
 template <class Class>
 void bind_recursion(Class& cls) {
@@ -208,24 +233,8 @@ void bind_recursion(Class& cls) {
                              "lambda(k) of the last kept step, in (0, 1].")
       .def_property_readonly("residual_variance", &Any::residual_variance,
                              "Estimate of sigma^2, squared units of the output.")
-      .def("reset", &Any::reset, "lambda and P back to their start values; theta stays (Fig. 4).")
-      .def(
-          "save", [](const Any& self) { return py::bytes(self.save()); },
-          "Whole state as bytes, for restore() of an estimator made with the same arguments, here "
-          "or "
-          "in C++ and C (docs/linking.md).")
-      .def(
-          "restore",
-          [](Any& self, const py::bytes& state) {
-            const SnapshotFault fault = self.restore(state);
-            if (fault != SnapshotFault::none) {
-              throw py::value_error(refusal(fault));
-            }
-          },
-          py::arg("state"),
-          "Takes over a saved state. ValueError, and nothing changed, where the bytes are damaged "
-          "or "
-          "were saved by another version, or by an estimator made with other arguments.");
+      .def("reset", &Any::reset, "lambda and P back to their start values; theta stays (Fig. 4).");
+  bind_snapshot(cls);
 }
 
 void bind_types(py::module_& m);
@@ -236,6 +245,7 @@ void bind_plant(py::module_& m);
 void bind_arx_estimator(py::module_& m);
 void bind_estimator_bank(py::module_& m);
 void bind_servo_estimator(py::module_& m);
+void bind_servo_bank(py::module_& m);
 
 }  // namespace ehsid::bindings
 

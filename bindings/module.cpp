@@ -12,6 +12,7 @@ PYBIND11_MODULE(_core, m) {
   ehsid::bindings::bind_arx_estimator(m);
   ehsid::bindings::bind_estimator_bank(m);
   ehsid::bindings::bind_servo_estimator(m);
+  ehsid::bindings::bind_servo_bank(m);
   bind_servo_model(m);
   ehsid::bindings::bind_effects(m);
   ehsid::bindings::bind_plant(m);

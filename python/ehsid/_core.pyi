@@ -473,14 +473,16 @@ class TrackedSeries:
     @property
     def reason(self) -> npt.NDArray[np.uint8]: ...
 
-@final
-class TrackedRun:
+class TrackedServos:
     @property
     def gain(self) -> TrackedSeries: ...
     @property
     def omega_n(self) -> TrackedSeries: ...
     @property
     def xi(self) -> TrackedSeries: ...
+
+@final
+class TrackedRun(TrackedServos):
     @property
     def status(self) -> npt.NDArray[np.uint8]: ...
 
@@ -511,6 +513,24 @@ class ServoEstimator:
     def dt_s(self) -> float: ...
     @property
     def dtype(self) -> np.dtype[Any]: ...
+
+@final
+class ServoBank:
+    def __init__(
+        self,
+        dt_s: float,
+        axes: int,
+        *,
+        delay: int = 1,
+        drift: float = 0.02,
+        tolerance: float = 0.1,
+        dtype: npt.DTypeLike = "float32",
+    ) -> None: ...
+    def __len__(self) -> int: ...
+    def __getitem__(self, index: int) -> ServoEstimator: ...
+    def step(self, command: npt.ArrayLike, position: npt.ArrayLike) -> npt.NDArray[np.uint8]: ...
+    def servo(self) -> TrackedServos: ...
+    def run(self, command: npt.ArrayLike, position: npt.ArrayLike) -> TrackedRun: ...
 
 @final
 class PlantParameter:

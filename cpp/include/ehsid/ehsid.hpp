@@ -11,6 +11,7 @@
 #include <ehsid/reset.hpp>
 #include <ehsid/rls.hpp>
 #include <ehsid/scaling.hpp>
+#include <ehsid/servo_bank.hpp>
 #include <ehsid/servo_estimator.hpp>
 #include <ehsid/servo_model.hpp>
 #include <ehsid/types.hpp>

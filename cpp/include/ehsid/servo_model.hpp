@@ -111,9 +111,14 @@ class ServoReader {
     return is_finite(value) ? value : ServoReading<Scalar>::kUnknown;
   }
 
-  /// Standard deviation of a quantity with the given gradient; NaN where the covariance is none.
+  /// Standard deviation of a quantity with the given gradient; NaN where the covariance is none. What a covariance of lower
+  /// rank knows exactly, such as the integrator of a servo, is known to the rounding of its sum: that may be negative.
   Scalar deviation(const Row6<Scalar>& gradient) const {
-    return std::sqrt((gradient * covariance_).dot(gradient));
+    const Scalar variance = (gradient * covariance_).dot(gradient);
+    // |g_i C_ij g_j| sums to at most 6 g_i^2 C_ii, and each of its terms is rounded less than ten times.
+    const Scalar rounding = Scalar(64) * std::numeric_limits<Scalar>::epsilon() *
+                            gradient.cwiseAbs2().dot(covariance_.diagonal());
+    return std::sqrt(variance < Scalar(0) && variance > -rounding ? rounding : variance);
   }
 
   Status judge_integrator(ServoReading<Scalar>& reading) const {
@@ -312,9 +317,7 @@ ServoReading<Scalar> identify_integrating_servo(const Vector<Scalar, 5>& theta,
   times.template bottomRightCorner<3, 3>().setIdentity();
   Vector<Scalar, 6> whole = times * theta;
   whole[0] -= Scalar(1);
-  SquareMatrix<Scalar, 6> spread = times * covariance * times.transpose();
-  // What is known exactly has a variance of zero; its rounding may not make it negative.
-  spread.diagonal() *= Scalar(1) + Scalar(64) * std::numeric_limits<Scalar>::epsilon();
+  const SquareMatrix<Scalar, 6> spread = times * covariance * times.transpose();
   return identify_servo(whole, spread, dt_s);
 }
 

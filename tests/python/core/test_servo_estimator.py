@@ -171,3 +171,25 @@ def test_the_discrete_model_is_that_of_the_servo_with_its_covariance(
     deviations = np.sqrt(np.diag(logarithms))
     np.testing.assert_allclose(1.645 * deviations, widths / np.abs(values), rtol=1e-4)
     assert np.abs(logarithms[0, 1]) < deviations[0] * deviations[1]
+
+
+@pytest.mark.parametrize("dtype", ["float32", "float64"])
+@pytest.mark.parametrize("dt_s", [0.005, 0.02, 0.05])
+def test_the_discrete_model_is_read_as_the_servo_that_it_was_made_of(
+    dt_s: float, dtype: str
+) -> None:
+    """The covariance has rank 3, so that rounding makes some variances of nothing negative."""
+    estimator = ehsid.ServoEstimator(dt_s, dtype=dtype)
+    command, position = record(dt_s, seed=3)
+    for part in np.array_split(np.arange(round(CHANGE_S / dt_s)), 30)[3:]:
+        estimator.run(command[part], position[part])
+        told, reading = estimator.servo(), ehsid.identify_servo(*estimator.model(), dt_s)
+        if np.isnan(told.gain.value):
+            continue
+        assert reading.status == ehsid.ServoReadingStatus.ok
+        for name in ("gain", "omega_n", "xi"):
+            value = getattr(told, name)
+            # What servo() tells has the digits of float32.
+            assert getattr(reading, name) == pytest.approx(value.value, rel=1e-6)
+            half_width = 1.645 * getattr(reading, f"{name}_std")
+            assert half_width == pytest.approx(value.half_width, rel=1e-5)

@@ -27,7 +27,7 @@ ehsid\._core\.[A-Z]\w*
 ehsid\._core\.\w+\.__pybind11_native_enum__
 # results, which only the module makes: their __init__ takes anything, and raises
 ehsid\._core\.(EffectInfo|PlantParameter|PolicyInfo|PolicySetting|ServoReading)\.__init__
-ehsid\._core\.(TrackedRun|TrackedSeries|TrackedServo|TrackedValue|Trajectory)\.__init__
+ehsid\._core\.(TrackedRun|TrackedSeries|TrackedServo|TrackedServos|TrackedValue|Trajectory)\.__init__
 """
 
 # What the stub says more exactly than pybind11 can, as pybind11 says it.
