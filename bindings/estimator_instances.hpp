@@ -314,7 +314,9 @@ class EstimatorInstance final : public AnyEstimator {
     }();
     const ModelShape shape = orders();
     const auto& scaling = estimator_.scaling();
-    const auto variance = static_cast<double>(estimator_.recursion().parameter_variance());
+    const auto inflation = static_cast<double>(estimator_.whiteness().inflation());
+    const double variance =
+        static_cast<double>(estimator_.recursion().parameter_variance()) * inflation * inflation;
     std::vector<double> all;
     for (int i = 0; i < n(); ++i) {
       for (int j = 0; j < n(); ++j) {

@@ -263,8 +263,9 @@ TEST_F(Estimators, ANoisySensorIsSeenAndNothingConverges) {
   const float inflation = std::sqrt(1.0F + estimator.whiteness().statistic());
   const auto plain = estimator.recursion().standard_deviation();
   for (int i = 0; i < 6; ++i) {
-    EXPECT_FLOAT_EQ(estimator.standard_deviation()[i], inflation * plain[i]);
-    EXPECT_FLOAT_EQ(estimator.covariance()(i, i), plain[i] * plain[i]) << "never inflated";
+    const float enlarged = inflation * plain[i];
+    EXPECT_FLOAT_EQ(estimator.standard_deviation()[i], enlarged);
+    EXPECT_FLOAT_EQ(estimator.covariance()(i, i), enlarged * enlarged);
   }
 }
 

@@ -185,8 +185,8 @@ class OnlineEstimator {
   /// (a1 .. a_na, b1 .. b_nb [, c]) in the units of the signals (about the offsets of the scaling).
   Parameters theta_hat() const { return in_units(recursion_.theta_hat()); }
 
-  /// Standard deviations of theta_hat, in the same units: roots of the diagonal of covariance() where the residuals are
-  /// white, else these times whiteness().inflation(). Where they are not white theta is biased, and the true value may lie further away.
+  /// Standard deviations of theta_hat, in the same units: roots of the diagonal of covariance(). Where the residuals are
+  /// not white theta is biased, and the true value may lie further away.
   Parameters standard_deviation() const {
     Parameters deviation = recursion_.standard_deviation();
     const Scalar inflation = whiteness_.inflation();
@@ -196,11 +196,13 @@ class OnlineEstimator {
     return in_units(deviation);
   }
 
-  /// The covariance of theta_hat in the same units where the residuals are white: Rls::parameter_variance() P. Never
-  /// inflated.
+  /// The covariance of theta_hat in the same units: Rls::parameter_variance() P where the residuals are white, else this
+  /// times the square of whiteness().inflation(), so that what is made of it knows of the residuals, too.
   Covariance covariance() const {
     Covariance p = recursion_.P();
-    const Scalar variance = recursion_.parameter_variance();
+    const Scalar inflation = whiteness_.inflation();
+    const Scalar variance =
+        bounded_product(recursion_.parameter_variance(), inflation * inflation);
     for (int i = 0; i < model_.size(); ++i) {
       for (int j = 0; j < model_.size(); ++j) {
         const Scalar scale = bounded_product(bounded_product(variance, unit(i)), unit(j));

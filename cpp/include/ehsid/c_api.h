@@ -180,11 +180,11 @@ size_t ehsid_parameters(const ehsid_estimator* estimator);
 ehsid_status ehsid_theta(const ehsid_estimator* estimator, float* theta, size_t count);
 ehsid_status ehsid_standard_deviation(const ehsid_estimator* estimator, float* deviation,
                                       size_t count);
-/* Diagonal of the covariance: the squares of the standard deviations where the residuals are white, never enlarged. */
+/* Diagonal of the covariance: the squares of the standard deviations. */
 ehsid_status ehsid_covariance_diagonal(const ehsid_estimator* estimator, float* variance,
                                        size_t count);
-/* By rows, n * n numbers: the covariance of theta where the residuals are white, never enlarged. It is
- * sigma^2 P sum(w^2) / sum(w) with the weights w of the samples. */
+/* By rows, n * n numbers: the covariance of theta. It is sigma^2 P sum(w^2) / sum(w) with the weights w of the samples,
+ * times 1 + whiteness where the residuals are not white. */
 ehsid_status ehsid_covariance(const ehsid_estimator* estimator, float* covariance, size_t count);
 
 typedef struct ehsid_report {

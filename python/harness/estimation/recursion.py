@@ -201,10 +201,7 @@ class Recursion:
         raw = deviation.copy()
         if self.orders.offset:
             weights = self._to_raw(scaling)
-            own = float(covariance[-1, -1])
-            # Deviations are enlarged where the residuals are not white, covariances are not.
-            enlarged = deviation[-1] / np.sqrt(own) if own > 0.0 else 1.0
-            raw[-1] = enlarged * np.sqrt(max(float(weights @ covariance @ weights), 0.0))
+            raw[-1] = np.sqrt(max(float(weights @ covariance @ weights), 0.0))
         return raw
 
     def _scale(self, scaling: ehsid.Scaling) -> FloatArray:

@@ -192,9 +192,14 @@ def run(
     theta, deviation = [], []
     for recursion in recursions:
         theta.append(np.asarray(recursion.theta_hat, dtype=np.float64))
-        # Of sigma^2 P: `standard_deviation` is larger where the residuals are not white.
-        deviation.append(np.sqrt(np.diag(np.asarray(recursion.covariance, dtype=np.float64))))
+        deviation.append(plain_deviation(recursion))
     return Runs(np.array(theta), np.array(deviation), np.array([read(row) for row in theta]))
+
+
+def plain_deviation(recursion: ehsid.ArxEstimator) -> FloatArray:
+    """Returns the deviations of sigma^2 P, without what residuals that are not white add."""
+    told = np.asarray(recursion.standard_deviation, dtype=np.float64)
+    return told if recursion.residuals_white else told / np.sqrt(1.0 + recursion.whiteness)
 
 
 def simulated(theta: FloatArray, u: FloatArray) -> FloatArray:

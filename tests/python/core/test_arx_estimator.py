@@ -78,11 +78,11 @@ def test_every_structure_agrees_with_the_reference(
     np.testing.assert_allclose(estimator.P, numpy_rls.P, rtol=0.0, atol=1e-9 * variance0.max())
     variance = numpy_rls.residual_variance
     np.testing.assert_allclose(estimator.residual_variance, variance * scale_y**2, rtol=1e-8)
-    covariance = numpy_rls.parameter_variance * numpy_rls.P * np.outer(unit, unit)
+    inflation = 1.0 if estimator.residuals_white else 1.0 + estimator.whiteness
+    covariance = inflation * numpy_rls.parameter_variance * numpy_rls.P * np.outer(unit, unit)
     size = np.sqrt(np.outer(np.diag(covariance), np.diag(covariance)))
     np.testing.assert_allclose(estimator.covariance / size, covariance / size, rtol=0.0, atol=1e-8)
-    inflation = 1.0 if estimator.residuals_white else np.sqrt(1.0 + estimator.whiteness)
-    deviation = inflation * np.sqrt(np.diag(estimator.covariance))
+    deviation = np.sqrt(np.diag(estimator.covariance))
     np.testing.assert_allclose(estimator.standard_deviation, deviation, rtol=1e-14)
 
 

@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 from scipy.signal import lfilter
 
 import ehsid
+from ehsid.harness.studies.noises import plain_deviation
 
 FloatArray = npt.NDArray[np.float64]
 # A servo that is not near an integrator and well damped: the reference needs no guard.
@@ -49,9 +50,7 @@ def test_double_agrees_with_full_matrices(integrator: bool) -> None:
     # out.
     assert np.count_nonzero(path.status == ehsid.Status.ok) == u.size - 3 - integrator
     np.testing.assert_allclose(compiled.theta_hat, written.theta, rtol=0.0, atol=1e-9)
-    # Not standard_deviation, which is larger where the residuals are not white.
-    deviation = np.sqrt(np.diag(compiled.covariance))
-    np.testing.assert_allclose(deviation, written.deviation(), rtol=1e-9)
+    np.testing.assert_allclose(plain_deviation(compiled), written.deviation(), rtol=1e-9)
 
 
 SERVO, DT_S = ehsid.ContinuousServo(gain=0.379, omega_n=387.0, xi=0.195), 1e-3
@@ -116,9 +115,7 @@ def test_right_where_least_squares_is_biased() -> None:
     plain.run(u, y)
     # Of six normal errors the largest is beyond 4 deviations once in 2600 records.
     assert np.max(np.abs(compiled.theta_hat - TRUE) / compiled.standard_deviation) < 4.0
-    # Not its reported deviations, which are larger because its residuals are not white.
-    deviation = np.sqrt(np.diag(plain.covariance))
-    assert np.max(np.abs(plain.theta_hat - TRUE) / deviation) > 10.0
+    assert np.max(np.abs(plain.theta_hat - TRUE) / plain_deviation(plain)) > 10.0
 
 
 @pytest.mark.parametrize("dtype", ["float32", "float64"])

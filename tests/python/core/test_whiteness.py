@@ -14,6 +14,7 @@ import scipy.stats
 from statsmodels.stats.diagnostic import acorr_ljungbox
 
 import ehsid
+from ehsid.harness.studies.noises import plain_deviation
 
 FloatArray = npt.NDArray[np.float64]
 NOISES = ("equation", "coloured", "position")
@@ -60,7 +61,7 @@ def runs(noise: str, size: float, n: int, count: int) -> Runs:
     limit = scipy.stats.norm.ppf(0.95)
     for servo in behind_records(noise, size, n, count):
         error = np.abs(servo.theta_hat - model16.THETA)
-        plain = np.sqrt(np.diag(servo.covariance))
+        plain = plain_deviation(servo)
         rows.append(
             (
                 np.mean(error < limit * plain),
@@ -146,13 +147,16 @@ def test_never_converged_while_biased_beyond_three_deviations(
     assert not (found.converged & (found.worst > 3.0)).any()
 
 
-def test_deviations_of_white_residuals_are_untouched() -> None:
+@pytest.mark.parametrize("noise", ["equation", "position"])
+def test_covariance_and_deviations_say_the_same_of_the_residuals(noise: str) -> None:
     servo = estimator()
-    servo.run(*record("equation", 0.1, 3000, 1))
-    assert servo.residuals_white
-    np.testing.assert_allclose(
-        servo.standard_deviation, np.sqrt(np.diag(servo.covariance)), rtol=1e-6
-    )
+    servo.run(*record(noise, 0.1, 3000, 1))
+    assert servo.residuals_white == (noise == "equation")
+    told = servo.standard_deviation
+    np.testing.assert_allclose(told, np.sqrt(np.diag(servo.covariance)), rtol=1e-6)
+    enlarged = 1.0 if servo.residuals_white else np.sqrt(1.0 + servo.whiteness)
+    unscaled = np.sqrt(servo.residual_variance * np.diag(servo.P))  # nothing is forgotten
+    np.testing.assert_allclose(told, enlarged * unscaled, rtol=1e-5)
 
 
 def changed(n: int, seed: int) -> tuple[FloatArray, FloatArray]:
