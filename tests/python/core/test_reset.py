@@ -210,9 +210,9 @@ def test_outliers_are_no_change_of_the_plant(name: str, noise: float, kind: str)
         estimator.run(*spoiled(kind, seed, noise))
         reset += estimator.resets > 0
     # Noise without a variance has bursts of five large errors, and a policy that always forgets
-    # takes them for longer: 13 % of 300 runs of Constant(0.98). More than 14 of 40 are four
-    # binomial deviations.
-    assert reset <= (14 if kind == "t(2.2)" else 0)
+    # takes them for longer: at most 13 of 300 runs, with other seeds. More than 6 of 40 are four
+    # binomial deviations above that.
+    assert reset <= (6 if kind == "t(2.2)" else 0)
 
 
 @pytest.mark.parametrize("size", [1e1, 1e2, 1e3, 9e3])

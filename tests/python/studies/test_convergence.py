@@ -39,8 +39,9 @@ def test_a_start_from_the_model_settles_sooner(noise: float) -> None:
 
 def test_a_wrong_model_in_little_noise_is_dropped_at_once() -> None:
     seeded, vague, _ = with_wrong_model(0.01)
-    # Measured 18 against 12: the reset fires at the fifth large error, and the start is vague then.
-    assert seeded <= vague + 10
+    # The first sample shows nothing yet, the reset fires at the fifth large error, and up to two
+    # small ones lie between (test_return_after_hold.py). From then on the start is vague.
+    assert seeded <= vague + 8
 
 
 def test_a_wrong_model_in_much_noise_is_outvoted() -> None:
