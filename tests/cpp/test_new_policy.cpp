@@ -15,6 +15,7 @@ namespace {
 template <class Scalar>
 struct FlooredConstant {
   static constexpr std::uint32_t kId = 99;
+  static constexpr bool kFollowsErrors = false;
   static constexpr ehsid::PolicyInfo kInfo{"floored_constant", "FlooredConstant",
                                            "constant forgetting factor above a floor", "this test"};
 

@@ -201,7 +201,7 @@ TEST(RmseReset, DamagedStateIsRefused) {
   state.long_square = -1.0F;
   EXPECT_EQ(detector.restore(state), Status::invalid_argument);
   state = detector.state();
-  state.armed = 2;
+  state.armed = 3;
   EXPECT_EQ(detector.restore(state), Status::invalid_argument);
   EXPECT_EQ(detector.restore(detector.state()), Status::ok);
 }

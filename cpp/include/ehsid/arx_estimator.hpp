@@ -201,8 +201,7 @@ class OnlineEstimator {
   Covariance covariance() const {
     Covariance p = recursion_.P();
     const Scalar inflation = whiteness_.inflation();
-    const Scalar variance =
-        bounded_product(recursion_.parameter_variance(), inflation * inflation);
+    const Scalar variance = bounded_product(recursion_.parameter_variance(), inflation * inflation);
     for (int i = 0; i < model_.size(); ++i) {
       for (int j = 0; j < model_.size(); ++j) {
         const Scalar scale = bounded_product(bounded_product(variance, unit(i)), unit(j));
@@ -318,6 +317,7 @@ class OnlineEstimator {
       whiteness_.interrupted();
       return status;
     }
+    bool moved = false;
     if constexpr (Recursion::kFollowsModel) {
       monitor_.updated(recursion_.judged());
       // The errors of the start are not those of the method.
@@ -327,15 +327,28 @@ class OnlineEstimator {
     } else {
       monitor_.updated(recursion_);
       whiteness_.updated(recursion_, leaving);
+      moved = whiteness_.moved_far(recursion_, dot(size(), phi, recursion_.state().gain));
     }
-    if (reset_enabled_ && reset_.update(recursion_.normalised_square())) {
+    if (reset_enabled_ && reset_.update(recursion_.normalised_square(), keeps())) {
       // The noise as it was before the change, not as its errors make it look.
       recursion_.reset(reset_.long_rmse() * reset_.long_rmse());
       monitor_.restart();
       whiteness_.restart();
       return Status::reset;
     }
+    if (reset_enabled_ && moved) {
+      reset_.suspect();
+    }
     return status;
+  }
+
+  /// Does theta keep for long what it has learned, whatever the errors?
+  bool keeps() const {
+    if constexpr (Recursion::kFollowsModel || Forgetting::kFollowsErrors) {
+      return false;
+    } else {
+      return recursion_.state().forgetting.loss() < RmseReset<Scalar>::kForgets;
+    }
   }
 
   Status start(const Parameters& theta0, const Parameters& variance0) {

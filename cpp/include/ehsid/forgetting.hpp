@@ -3,6 +3,7 @@
 //
 // A policy is a plain, trivially copyable struct (it is part of every snapshot) with
 //   kId                        number that identifies the policy in a snapshot, never reused
+//   kFollowsErrors             do large errors shorten its memory?
 //   kInfo                      its description, see settings.hpp
 //   settings(visit)            calls visit(description, member) for each setting; member(owner) is the setting in
 //                              a policy, or in another struct whose member has the same name

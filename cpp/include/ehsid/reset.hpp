@@ -43,7 +43,8 @@ struct RmseResetState {
   std::int32_t seen;     // samples so far, up to the long window
   std::int32_t cooling;  // samples left in which no alarm is raised
   std::int32_t alarms;   // alarms since the start
-  std::uint8_t armed;    // 0 after an alarm until the ratio has fallen below release_ratio
+  // 0 after an alarm until the ratio has fallen below release_ratio; 2 from suspect() to the next alarm
+  std::uint8_t armed;
 
   template <class Visit>
   EHSID_ALWAYS_INLINE static constexpr void fields(Visit visit) {
@@ -64,7 +65,8 @@ struct RmseResetState {
 /// change. The windows are exponential: two numbers of memory instead of two buffers.
 ///
 /// One square counts only so much, whatever its size. With the default windows it takes five large errors close together
-/// to raise an alarm, and a single false position makes na + 1 = 4 of them.
+/// to raise an alarm, and a single false position makes na + 1 = 4 of them. Where these few have moved theta by many of its
+/// deviations, see suspect(), the alarm comes once they are over: a start in the middle of them would learn from them.
 template <class Scalar>
 class RmseReset {
  public:
@@ -74,6 +76,9 @@ class RmseReset {
   /// means. Less there, so that the errors of a change do not become usual before they are seen.
   static constexpr Scalar kMostShort = Scalar(2.45);
   static constexpr Scalar kMostLong = Scalar(6);
+  /// A policy that forgets this share in a step has 1 % left of what a glitch did after 2000 samples.
+  static constexpr Scalar kForgets = Scalar(0.0023);
+  static constexpr std::uint8_t kSuspecting = 2;  // of State::armed
 
   RmseReset() { restart(); }
 
@@ -104,8 +109,12 @@ class RmseReset {
     }
   }
 
-  /// One normalised squared prediction error (is_squarable(), >= 0). True: the plant has changed, reset now.
-  bool update(Scalar square) {
+  /// An error has moved theta far, see WhitenessMonitor::moved_far().
+  void suspect() { state_.armed = state_.armed == 1 ? kSuspecting : state_.armed; }
+
+  /// One normalised squared prediction error (is_squarable(), >= 0). True: the plant has changed, or what a glitch did to
+  /// theta stays, reset now. stays: does theta keep for long what it has learned so far?
+  bool update(Scalar square, bool stays = false) {
     const Scalar before =
         state_.long_square;  // the alarm must not be hidden by the error that raises it
     const bool warm = static_cast<Scalar>(state_.seen) >= options_.long_window;
@@ -124,12 +133,14 @@ class RmseReset {
       --state_.cooling;
       return false;
     }
+    const Scalar release = options_.release_ratio * options_.release_ratio;
+    const bool usual = state_.short_square < release * reference;
     if (state_.armed == 0) {
-      const Scalar release = options_.release_ratio * options_.release_ratio;
-      state_.armed = state_.short_square < release * reference ? 1 : 0;
+      state_.armed = usual ? 1 : 0;
       return false;
     }
-    if (!warm || !(state_.short_square > limit)) {
+    const bool over = usual && stays && state_.armed == kSuspecting;
+    if (!warm || !(over || state_.short_square > limit)) {
       return false;
     }
     // What was learned of the noise before the change stays; the errors of the change itself do not count.
@@ -156,7 +167,7 @@ class RmseReset {
   /// May this saved state be taken over?
   static bool usable(const State& saved) {
     return is_variance(saved.short_square) && is_variance(saved.long_square) && saved.seen >= 0 &&
-           saved.cooling >= 0 && saved.alarms >= 0 && saved.armed <= 1;
+           saved.cooling >= 0 && saved.alarms >= 0 && saved.armed <= kSuspecting;
   }
 
   /// Takes a saved state over; invalid_argument, and nothing changed, unless it is usable.

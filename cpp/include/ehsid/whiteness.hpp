@@ -74,6 +74,11 @@ class WhitenessMonitor {
   /// Samples before "no alarm" means much: from then on noise that biases theta by three deviations hardly ever goes
   /// unnoticed (docs/estimator.md).
   static constexpr std::int32_t kEnough = 300;
+  /// Square of the deviations by which one error may move theta: three and a half. White residuals hardly ever move it by
+  /// more than one.
+  static constexpr Scalar kMostMoved = Scalar(12);
+  /// Samples a parameter before that is judged: with fewer sigma is not known, and each sample moves theta far.
+  static constexpr int kFewestEach = 5;
 
   void restart() { state_ = State{}; }
 
@@ -95,6 +100,22 @@ class WhitenessMonitor {
       accumulate(error, recursion.forgetting_factor);
     }
     remember(error, leaving);
+  }
+
+  /// Has the last error moved theta by more than sqrt(kMostMoved) of the deviations that it had before? What the residuals
+  /// before it said of theta then no longer holds, and enough() begins anew.
+  ///
+  /// leverage: phi' K. The step K epsilon is sqrt(epsilon^2 K' P^-1 K / sigma^2) deviations long, with the P of before,
+  /// and that is sqrt(square phi' K / sigma^2), with the sigma of before.
+  template <class Estimator>
+  bool moved_far(const Estimator& rls, Scalar leverage) {
+    const auto& recursion = rls.state();
+    const Scalar before = recursion.mean_square - recursion.square / recursion.weight;
+    const bool far = recursion.weight > Scalar(kFewestEach * rls.size()) &&
+                     recursion.square > kSmallestError * kSmallestError &&
+                     recursion.square * leverage > kMostMoved * before;
+    state_.samples = far ? 0 : state_.samples;
+    return far;
   }
 
   /// After a sample that was not taken for lack of information: time goes on, nothing is tested.

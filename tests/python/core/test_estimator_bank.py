@@ -43,6 +43,7 @@ def record(samples: int, count: int, seed: int) -> tuple[npt.NDArray[np.float64]
         gain = 0.2 if k < 0.7 * samples else 0.8
         y[k] = 1.5 * y[k - 1] - 0.6 * y[k - 2] + gain * u[k - 1]
         y[k] += noise * rng.standard_normal(count)
+    y[int(0.65 * samples)] += 20.0 * noise  # a glitch: some begin anew once it is over
     for bad in (np.nan, np.inf, -1e30, 2e4):
         (u if rng.random() < 0.5 else y)[rng.integers(samples), rng.integers(count)] = bad
     return u, y

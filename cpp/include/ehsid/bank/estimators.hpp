@@ -102,7 +102,7 @@ class Estimators {
         fill(phi, u);
         if (recursions_.update_ordinary(phi, y)) {
           Count status = code(Status::ok);
-          watch(Truth(true), Truth(false), Truth(false), last_of(phi), status);
+          watch(Truth(true), Truth(false), Truth(false), phi, status);
           shift(commands_, model_.nk() + model_.nb(), u);
           shift(outputs_, model_.na(), y);
           return status;
@@ -120,16 +120,14 @@ class Estimators {
     const Truth estimated = valid & enabled_ & filled;
     Truth kept(false);
     Truth skipped(false);
-    V leaving(0);
+    fill(phi, u);
     if (any(estimated)) {
-      fill(phi, u);
-      leaving = last_of(phi);
       const Count updated = recursions_.update_any(estimated, phi, y);
       status = select(estimated, updated, status);
       kept = estimated & (updated == code(Status::ok));
       skipped = estimated & (updated == code(Status::no_information));
     }
-    watch(kept, skipped, valid & ~kept & ~skipped, leaving, status);
+    watch(kept, skipped, valid & ~kept & ~skipped, phi, status);
     shift(commands_, model_.nk() + model_.nb(), u, valid);
     shift(outputs_, model_.na(), y, valid);
     filled_ = select(valid & ~filled, filled_ + Count(1), filled_);
@@ -220,13 +218,15 @@ class Estimators {
 
   /// Brings the monitors up to date, and resets where they say so.
   EHSID_ALWAYS_INLINE void watch(const Truth& kept, const Truth& skipped, const Truth& interrupted,
-                                 const V& leaving, Count& status) {
+                                 const typename Recursions<Recursion, V>::Regressors& phi,
+                                 Count& status) {
     update(convergences_, convergence_options_, recursions_, kept, skipped);
-    whitenesses_.update(recursions_, leaving, kept, skipped, interrupted);
+    whitenesses_.update(recursions_, last_of(phi), kept, skipped, interrupted);
+    const Truth moved = whitenesses_.moved_far(recursions_, recursions_.leverage(phi), kept);
     const Truth watched = kept & reset_enabled_;
     if (any(watched)) {
-      const Truth changed =
-          update(resets_, reset_options_, watched, recursions_.normalised_square());
+      const Truth changed = update(resets_, reset_options_, watched, moved, recursions_.keeps(),
+                                   recursions_.normalised_square());
       if (any(changed)) {
         const V rmse = sqrt(resets_.long_square);
         recursions_.reset(changed, rmse * rmse);

@@ -76,12 +76,11 @@ struct ResetOptions {
   }
 };
 
-/// As RmseReset::update, in the lanes of `where`. True: reset now.
+/// As RmseReset::update, and suspect() after it in the lanes of `moved`, in the lanes of `where`. True: reset now.
 template <class V>
-EHSID_ALWAYS_INLINE inline typename V::Truth update(Resets<V>& state,
-                                                    const ResetOptions<V>& options,
-                                                    const typename V::Truth& where,
-                                                    const V& square) {
+EHSID_ALWAYS_INLINE inline typename V::Truth update(
+    Resets<V>& state, const ResetOptions<V>& options, const typename V::Truth& where,
+    const typename V::Truth& moved, const typename V::Truth& stays, const V& square) {
   using Count = CountsOf<V>;
   const Count last(0x7fffffff);
   const Count zero(0);
@@ -101,15 +100,17 @@ EHSID_ALWAYS_INLINE inline typename V::Truth update(Resets<V>& state,
   const V long_square =
       state.long_square + (in_long - state.long_square) / smaller(count, options.long_window);
   const auto cooling = state.cooling > zero;
+  const Count suspecting(RmseReset<typename V::Number>::kSuspecting);
   const auto unarmed = state.armed == zero;
   const V release = options.release_ratio * options.release_ratio;
-  const auto released = short_square < release * reference;
-  const auto alarm = where & ~cooling & ~unarmed & warm & (short_square > limit);
+  const auto usual = short_square < release * reference;
+  const auto over = usual & stays & (state.armed == suspecting);
+  const auto alarm = where & ~cooling & ~unarmed & warm & (over | (short_square > limit));
 
   state.seen = select(where, seen, state.seen);
   state.short_square = select(where, short_square, state.short_square);
   state.long_square = select(where, long_square, state.long_square);
-  state.armed = select(where & ~cooling & unarmed & released, one, state.armed);
+  state.armed = select(where & ~cooling & unarmed & usual, one, state.armed);
   state.cooling = select(where & cooling, state.cooling - one, state.cooling);
   if (any(alarm)) {
     state.short_square = select(alarm, before, state.short_square);
@@ -118,6 +119,7 @@ EHSID_ALWAYS_INLINE inline typename V::Truth update(Resets<V>& state,
     state.cooling = select(alarm, options.cool_down, state.cooling);
     state.alarms = select(alarm & (state.alarms < last), state.alarms + one, state.alarms);
   }
+  state.armed = select(where & moved & (state.armed == one), suspecting, state.armed);
   return alarm;
 }
 
@@ -297,6 +299,21 @@ struct Whitenesses {
         past = select(interrupted, V(0), past);
       }
     }
+  }
+
+  /// As WhitenessMonitor::moved_far() in the lanes of `kept`.
+  template <class Tile>
+  EHSID_ALWAYS_INLINE Truth moved_far(const Tile& tile, const V& leverage, const Truth& kept) {
+    using Constants = WhitenessMonitor<Scalar>;
+    const V& square = tile.normalised_square();
+    const V before = tile.mean_square() - square / tile.weight();
+    const Truth far = kept & (tile.weight() > V(Scalar(Constants::kFewestEach * tile.size()))) &
+                      (square > V(Constants::kSmallestError * Constants::kSmallestError)) &
+                      (square * leverage > V(Constants::kMostMoved) * before);
+    if (any(far)) {
+      samples = select(far, CountsOf<V>(0), samples);
+    }
+    return far;
   }
 
  private:

@@ -155,6 +155,24 @@ class Recursions {
   EHSID_ALWAYS_INLINE const V& forgetting_factor() const { return now().forgetting_factor; }
   EHSID_ALWAYS_INLINE const V& normalised_square() const { return now().square; }
   EHSID_ALWAYS_INLINE const V& mean_square() const { return now().mean_square; }
+  /// As OnlineEstimator::keeps().
+  EHSID_ALWAYS_INLINE Truth keeps() const {
+    if constexpr (Recursion::Forgetting::kFollowsErrors) {
+      return Truth(false);
+    } else {
+      return forgetting_.loss() < V(RmseReset<Scalar>::kForgets);
+    }
+  }
+  /// phi' K, of the last kept step.
+  EHSID_ALWAYS_INLINE V leverage(const Regressors& phi) const {
+    V sum = phi[0] * now().gain[0];
+    EHSID_UNROLL
+    for (int i = 1; i < size(); ++i) {
+      const auto at = static_cast<std::size_t>(i);
+      sum += phi[at] * now().gain[at];
+    }
+    return sum;
+  }
 
  private:
   using Account = InformationAccount<Scalar, kN>;

@@ -17,6 +17,7 @@ namespace ehsid {
 template <class Scalar>
 struct Constant {
   static constexpr std::uint32_t kId = 1;
+  static constexpr bool kFollowsErrors = false;
   static constexpr PolicyInfo kInfo{"constant", "Constant", "constant forgetting factor",
                                     "Eq. (13)"};
 

@@ -24,6 +24,7 @@ namespace ehsid {
 template <class Scalar>
 struct ErrorDriven {
   static constexpr std::uint32_t kId = 3;
+  static constexpr bool kFollowsErrors = true;
   static constexpr PolicyInfo kInfo{"error_driven", "ErrorDriven",
                                     "a large error shortens the memory",
                                     "Fortescue, Kershenbaum, Ydstie 1981"};

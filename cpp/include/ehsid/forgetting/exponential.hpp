@@ -18,6 +18,7 @@ namespace ehsid {
 template <class Scalar>
 struct Exponential {
   static constexpr std::uint32_t kId = 2;
+  static constexpr bool kFollowsErrors = false;
   static constexpr PolicyInfo kInfo{
       "exponential", "Exponential",
       "lambda tends to one; does not follow later changes without a reset", "Eq. (15)"};

@@ -25,6 +25,7 @@ template <class Scalar, int kShort = 10, int kLong = 100>
 struct FRatio {
   static_assert(kShort < kLong, "the short window must be shorter than the long one");
   static constexpr std::uint32_t kId = 4;
+  static constexpr bool kFollowsErrors = true;
   static constexpr PolicyInfo kInfo{
       "f_ratio", "FRatio",
       "forgets where recent errors (10 samples) significantly exceed older ones (100 samples)",
