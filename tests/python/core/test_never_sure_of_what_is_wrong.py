@@ -69,7 +69,7 @@ def test_a_glitch_and_a_change(what: str, method: str, policy: str, noise: float
         assert made.converged or method == "riv"
         truth = CHANGED if what == "change" else model16.THETA
         error = assert_never_sure_of_what_is_wrong(made, u[BEFORE:], y[BEFORE:], truth)
-        # The instruments of a plant without noise are slow: riv then says that it has not converged.
+        # The instruments of a plant without noise are slow: riv says that it has not converged.
         assert error < max(10.0 * noise, 1e-3) or (method == "riv" and noise == 0.0)
 
 
