@@ -46,7 +46,7 @@ class StandIn(DiagnosisStandIn):
             "rig": rig.name,
             "fitted": asked.fitted,
             "held_out": asked.held_out,
-            "exclude": asked.exclude,
+            "exclude": list(asked.options.exclude),
             "workers": asked.workers,
             "process": os.getpid(),
         }

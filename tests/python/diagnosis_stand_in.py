@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 from ehsid.harness.gap.interim import Begun, Watch
+from ehsid.harness.gap.options import DEFAULTS, DiagnosisOptions
 from ehsid.harness.gap.schema import Diagnosis
 from ehsid.harness.parallel import Progress, worker_count
 from ehsid.harness.records import Record
@@ -20,7 +21,7 @@ class Asked:
     records: list[Record]
     rig: Rig
     validate: list[Record]
-    exclude: list[str]
+    options: DiagnosisOptions
     progress: Progress | None
     watch: Watch | None
     begun: Begun | None
@@ -51,7 +52,7 @@ class DiagnosisStandIn:
         rig: Rig,
         *,
         validate: Sequence[Record] = (),
-        exclude: Sequence[str] = (),
+        options: DiagnosisOptions = DEFAULTS,
         progress: Progress | None = None,
         watch: Watch | None = None,
         begun: Begun | None = None,
@@ -61,7 +62,7 @@ class DiagnosisStandIn:
                 list(records),
                 rig,
                 list(validate),
-                list(exclude),
+                options,
                 progress,
                 watch,
                 begun,

@@ -149,7 +149,7 @@ ROOMS: dict[str, set[str]] = {
     },
 }
 # Of gap: what comes out, as data and as a file, and the numbers that decide.
-TABLES = {"deciding.py", "diagnosis_file.py", "schema.py", "thresholds.py"}
+TABLES = {"deciding.py", "diagnosis_file.py", "options.py", "schema.py", "thresholds.py"}
 # Modules of no room, which every room may use.
 SHARED = {
     *("arrays", "encoding", "error_words", "exchange", "files", "manifest", "parallel"),

@@ -7,7 +7,7 @@ import os
 from collections.abc import Sequence
 from contextlib import nullcontext
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Unpack
 
 from ehsid.harness import gap, records
 from ehsid.harness.api.progress import progress_of
@@ -17,9 +17,9 @@ from ehsid.harness.api.rig import Rig, RigSource, rig_of
 from ehsid.harness.api.shown import Shown
 from ehsid.harness.api.wording import in_python, log_reading
 from ehsid.harness.catalogue.channels import CHANNELS, POSITION, REQUIRED_COLUMNS
-from ehsid.harness.catalogue.parameters import effects
 from ehsid.harness.files import result_folder
 from ehsid.harness.gap.diagnosis_file import RESULT_FILES
+from ehsid.harness.gap.options import DiagnosisChoices, DiagnosisOptions
 from ehsid.harness.parallel import workers as using
 from ehsid.harness.records import read_record
 from ehsid.harness.records.telling_apart import told_apart
@@ -27,7 +27,6 @@ from ehsid.harness.report.gap_brief import brief_tables, told_reasons, told_rema
 from ehsid.harness.report.gap_words import VERDICTS, plain_name
 from ehsid.harness.report.shares import percent
 from ehsid.harness.report.text_table import TextTable
-from ehsid.harness.rigs.checks import unknown
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -156,9 +155,9 @@ def diagnose(
     rig: RigSource,
     *,
     validate: Source | Sequence[Source] = (),
-    exclude: Sequence[str] = (),
     workers: int | None = None,
     progress: bool = True,
+    **options: Unpack[DiagnosisChoices],
 ) -> Diagnosis:
     """Diagnoses the gap between a machine and its simulation: where, which effect, how far.
 
@@ -171,12 +170,12 @@ def diagnose(
         a rig, or the path of a rig file.
     validate
         records to judge by, which are not fitted; without them blocks of the others are held out.
-    exclude
-        ids of effects that are not searched for.
     workers
         number of processes; None takes one for each core.
     progress
         whether to show the progress: a bar on a terminal, else the logger `ehsid`.
+    **options
+        `exclude`: ids of effects that are not searched for.
 
     Raises
     ------
@@ -193,10 +192,8 @@ def diagnose(
     'insufficient_data'
     """
     machine = rig_of(rig)
-    for effect in exclude:
-        if effect not in effects():
-            raise ValueError(f"exclude: {unknown(effect, effects())}; {', '.join(effects())}")
     with in_python():
+        chosen = DiagnosisOptions(**options)
         fitted = [_record(one, machine) for one in _list(records)]
         held_out = [_record(one, machine) for one in _list(validate)]
         named = told_apart([*fitted, *held_out])
@@ -206,7 +203,7 @@ def diagnose(
                 named[: len(fitted)],
                 machine.result,
                 validate=named[len(fitted) :],
-                exclude=tuple(dict.fromkeys(exclude)),
+                options=chosen,
                 progress=report,
             )
     return Diagnosis(result, named, machine)

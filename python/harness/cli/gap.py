@@ -7,23 +7,25 @@ from collections.abc import Sequence
 from importlib import import_module
 from pathlib import Path
 from threading import Thread
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from ehsid.harness.catalogue.channels import CHANNELS, POSITION, REQUIRED_COLUMNS
-from ehsid.harness.catalogue.parameters import effects
 from ehsid.harness.cli.console import Console
+from ehsid.harness.cli.diagnosis_options import with_diagnosis_options
 from ehsid.harness.cli.fail_on import FailOn, fail_if, failing_verdicts
 from ehsid.harness.cli.log_options import Maps, SamplingTime, hints_of, read_shown
-from ehsid.harness.cli.options import RECORD_HELP, AsJson, ExcludedEffects, RigFile, Workers
+from ehsid.harness.cli.options import RECORD_HELP, AsJson, RigFile, Workers
 from ehsid.harness.cli.progress import progress_of
 from ehsid.harness.files import result_folder
 from ehsid.harness.parallel import workers as using
 from ehsid.harness.records import NO_HINTS, Hints, Record
 from ehsid.harness.records.telling_apart import told_apart
 from ehsid.harness.rigs import Rig, read_rig
-from ehsid.harness.rigs.checks import unknown
+
+if TYPE_CHECKING:
+    from ehsid.harness.gap.options import DiagnosisOptions
 
 NEEDED_COLUMNS = (*REQUIRED_COLUMNS, POSITION)
 
@@ -36,15 +38,7 @@ def read_for(rig: Rig, paths: Sequence[Path], hints: Hints = NO_HINTS) -> list[R
     ]
 
 
-def check_excluded(ids: Sequence[str]) -> None:
-    """Raises ValueError if an id is not in the catalogue; the message has the nearest known id."""
-    for effect in ids:
-        if effect not in effects():
-            problem = unknown(effect, effects())
-            end = " There are" if problem.endswith("?") else "; there are"
-            raise ValueError(f"--exclude-effect {problem}{end}: {', '.join(effects())}")
-
-
+@with_diagnosis_options
 def gap_command(
     records: Annotated[
         list[Path],
@@ -61,7 +55,8 @@ def gap_command(
     ] = None,
     maps: Maps = None,
     sampling_time: SamplingTime = None,
-    exclude_effect: ExcludedEffects = None,
+    *,
+    options: DiagnosisOptions,
     workers: Workers = None,
     fail_on: FailOn = None,
     as_json: AsJson = False,
@@ -81,8 +76,6 @@ def gap_command(
     from ehsid.harness.gap.data.gate import how_read
     from ehsid.harness.gap.diagnosis_file import RESULT_FILES
 
-    excluded = tuple(dict.fromkeys(exclude_effect or ()))
-    check_excluded(excluded)
     failing = failing_verdicts(fail_on)
     with result_folder(out, "gap", RESULT_FILES, [*records, *(validate or []), rig_file]) as folder:
         rig = read_rig(rig_file)
@@ -98,7 +91,7 @@ def gap_command(
                 named[: len(fitted)],
                 rig,
                 validate=named[len(fitted) :],
-                exclude=excluded,
+                options=options,
                 progress=progress,
                 begun=lambda stage: progress.stage(STAGES[stage]),
             )

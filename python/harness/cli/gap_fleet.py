@@ -14,17 +14,19 @@ import typer
 
 from ehsid.harness.cli.common import make_table, refuse
 from ehsid.harness.cli.console import Console, note
+from ehsid.harness.cli.diagnosis_options import with_diagnosis_options
 from ehsid.harness.cli.fail_on import ANY, FailOn, fail_if, failing_verdicts
-from ehsid.harness.cli.gap import check_excluded, read_for
+from ehsid.harness.cli.gap import read_for
 from ehsid.harness.cli.gap_check import on
 from ehsid.harness.cli.log_options import Maps, SamplingTime, hints_of
-from ehsid.harness.cli.options import AsJson, Dask, ExcludedEffects, Workers
+from ehsid.harness.cli.options import AsJson, Dask, Workers
 from ehsid.harness.files import check_result_folder, result_folder
 from ehsid.harness.records import NO_HINTS, Hints
 from ehsid.harness.records.telling_apart import told_apart
 from ehsid.harness.rigs import read_rig
 
 if TYPE_CHECKING:
+    from ehsid.harness.gap.options import DiagnosisOptions
     from ehsid.harness.validation.fleet.ranking import Fleet
     from ehsid.harness.validation.jobs import Job
 
@@ -77,12 +79,14 @@ def check_results(folder: Path, out: Path, machines: Sequence[Path]) -> None:
         check_result_folder(out / machine.name, RESULT, (*RESULT_FILES, INPUTS, ERROR))
 
 
+@with_diagnosis_options
 def gap_fleet_command(
     folder: Annotated[Path, typer.Argument(metavar="DIR", help="one sub-folder a machine")],
     out: Annotated[Path, typer.Option(help="folder of the results; the same again: goes on")],
     maps: Maps = None,
     sampling_time: SamplingTime = None,
-    exclude_effect: ExcludedEffects = None,
+    *,
+    options: DiagnosisOptions,
     workers: Workers = None,
     dask: Dask = None,
     fail_on: FailOn = None,
@@ -115,8 +119,6 @@ def gap_fleet_command(
         unfinished_machines,
     )
 
-    excluded = tuple(dict.fromkeys(exclude_effect or ()))
-    check_excluded(excluded)
     failing = failing_verdicts(fail_on)
     folders, refused = [], {}
     for machine in machine_folders(folder):
@@ -128,7 +130,7 @@ def gap_fleet_command(
         else:
             folders.append(machine)
     hints = hints_of(maps, sampling_time)
-    todo = unfinished_machines(folders, out, excluded, hints)
+    todo = unfinished_machines(folders, out, options, hints)
     check_results(folder, out, todo)
     with result_folder(out, "gap-fleet", FILES) as made:
         if len(todo) < len(folders):
@@ -140,7 +142,7 @@ def gap_fleet_command(
         if todo:
             with on(dask, workers):
                 read = functools.partial(read_machine, hints=hints)
-                outcomes = run_fleet(todo, out, excluded, read, diagnose, write_diagnosis, hints)
+                outcomes = run_fleet(todo, out, options, read, diagnose, write_diagnosis, hints)
                 for _ in shown(outcomes, len(todo), len(folders)):
                     pass
         fleet = read_fleet(out, [machine.name for machine in folders], refused)

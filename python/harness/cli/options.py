@@ -9,8 +9,6 @@ from typing import Annotated
 
 import typer
 
-from ehsid.harness.cli.completing import effect_ids
-
 RECORD_HELP = "CSV, Parquet, MAT, NPZ, or any log: text, Excel, HDF5, MF4, TDMS, MCAP, ROS bag"
 
 
@@ -49,14 +47,6 @@ Offset = Annotated[
 ]
 Reset = Annotated[
     bool, typer.Option("--reset/--no-reset", help="restart where the RMSE shows a change")
-]
-ExcludedEffects = Annotated[
-    list[str] | None,
-    typer.Option(
-        metavar="ID...",
-        help="effects of the catalogue to leave out",
-        autocompletion=effect_ids,
-    ),
 ]
 PastOutputs = Annotated[int, typer.Option("--na", min=1, max=6, help="past outputs")]
 PastInputs = Annotated[int, typer.Option("--nb", min=1, max=6, help="past inputs")]

@@ -39,6 +39,7 @@ from ehsid.harness.gap.laws.choosing import LawsFound, missing_laws
 from ehsid.harness.gap.laws.equation_shares import equation_shares
 from ehsid.harness.gap.laws.words import sentence
 from ehsid.harness.gap.model.case import Case, make_case
+from ehsid.harness.gap.options import DEFAULTS, DiagnosisOptions
 from ehsid.harness.gap.pace import Pace
 from ehsid.harness.gap.schema import (
     CalibratedValue,
@@ -77,7 +78,7 @@ def diagnose(
     rig: Rig,
     *,
     validate: Sequence[Record] = (),
-    exclude: Sequence[str] = (),
+    options: DiagnosisOptions = DEFAULTS,
     progress: Progress | None = None,
     watch: Watch | None = None,
     begun: Begun | None = None,
@@ -94,8 +95,8 @@ def diagnose(
     validate
         held-out records, on which candidates are compared. They are fitted only where the others
         leave a large part of the gap; then, as without them, blocks of all records are held out.
-    exclude
-        ids of effects that are not searched for.
+    options
+        what the user chose, see `DiagnosisOptions`.
     progress
         called with the share of the expected time that is over, 0 to 1.
     watch
@@ -116,14 +117,14 @@ def diagnose(
     if not records:
         raise ValueError("the diagnosis needs a record")
     with single_threaded_algebra():
-        return _diagnose(records, rig, validate, exclude, progress, watch, begun)
+        return _diagnose(records, rig, validate, options, progress, watch, begun)
 
 
 def _diagnose(
     records: Sequence[Record],
     rig: Rig,
     validate: Sequence[Record],
-    exclude: Sequence[str],
+    options: DiagnosisOptions,
     progress: Progress | None,
     watch: Watch | None,
     begun: Begun | None,
@@ -143,18 +144,18 @@ def _diagnose(
                 raise
             reasons = [f"{error}."]
     if case is None:
-        return _insufficient(rig, records, validate, remarks, reasons, exclude, began)
-    effect_ids = candidate_effects(rig, exclude)
+        return _insufficient(rig, records, validate, remarks, reasons, options, began)
+    effect_ids = candidate_effects(rig, options.exclude)
     regimes = [visited(record, rig) for record in case.records]
     _log_case(case)
     look = look_for(watch, begun, pace, case)
-    evaluation = _evaluate(case, regimes, exclude, pace, look)
+    evaluation = _evaluate(case, regimes, options, pace, look)
     if validate and _leaves_large_gap(evaluation):
         # The other records cannot show an effect that only the held-out records excite.
         # Therefore all records are fitted together.
         joint_case = make_case(rig, [*fitted, *held_out])
         look = look_for(watch, begun, pace, joint_case)
-        joint = _evaluate(joint_case, regimes, exclude, pace, look)
+        joint = _evaluate(joint_case, regimes, options, pace, look)
         joint = _with_missing_laws(joint, regimes, pace, look)
         if joint.selection.posterior.outside < FIT_TOGETHER or joint.laws is not None:
             evaluation = joint
@@ -214,7 +215,7 @@ def _diagnose(
         outputs=case.outputs,
         outputs_left_out=case.left_out,
         records=_roles(records, validate),
-        settings=_settings(case, exclude),
+        settings=_settings(case, options),
         seconds=time.monotonic() - began,
     )
 
@@ -339,11 +340,11 @@ def _leaves_large_gap(evaluation: _Evaluation) -> bool:
 def _evaluate(
     case: Case,
     regimes: Sequence[Regimes],
-    exclude: Sequence[str],
+    options: DiagnosisOptions,
     pace: Pace,
     look: Look,
 ) -> _Evaluation:
-    search_result = search(case, exclude, pace.within, look)
+    search_result = search(case, options.exclude, pace.within, look)
     selection = select_effects(case, search_result)
     best = selection.best
     runs, reduction = results.held_out_results(
@@ -352,7 +353,7 @@ def _evaluate(
     values, moved = results.estimates(case, best)
     calibration = results.calibration_of(case, values, moved)
     hardly_shown = effects_hardly_shown(best, regimes, case.rig.plant)
-    step = position_step(case, exclude)
+    step = position_step(case, options.exclude)
     return _Evaluation(
         case, search_result, selection, runs, reduction, values, calibration, hardly_shown, step
     )
@@ -437,14 +438,14 @@ def _roles(records: Sequence[Record], validate: Sequence[Record]) -> dict[str, s
     return roles | {record.name: "held out" for record in validate}
 
 
-def _settings(case: Case, exclude: Sequence[str]) -> dict[str, object]:
+def _settings(case: Case, options: DiagnosisOptions) -> dict[str, object]:
     return {
         "window_s": case.window_s,
         "skip_s": SKIP_S,
         "reset": "estimate" if case.all_states else "carry",
         "outputs": list(case.outputs),
         "outputs_left_out": list(case.left_out),
-        "effects_excluded": list(exclude),
+        "effects_excluded": list(options.exclude),
         "substeps": decision_case(case).substeps,
         "held_out": f"every third block of {BLOCK_S:g} s" if case.blocks else "records",
         "seed": BOOTSTRAP_SEED,
@@ -463,7 +464,7 @@ def _insufficient(
     validate: Sequence[Record],
     remarks: Sequence[Remark],
     reasons: Sequence[str],
-    exclude: Sequence[str],
+    options: DiagnosisOptions,
     began: float,
 ) -> Diagnosis:
     return Diagnosis(
@@ -487,6 +488,6 @@ def _insufficient(
         outputs=(),
         outputs_left_out=(),
         records=_roles(records, validate),
-        settings={"effects_excluded": list(exclude)},
+        settings={"effects_excluded": list(options.exclude)},
         seconds=time.monotonic() - began,
     )

@@ -12,6 +12,7 @@ from pathlib import Path
 
 from ehsid.harness.error_words import error_words, fault_words
 from ehsid.harness.files import FULL, result_folder, temporary_folder
+from ehsid.harness.gap.options import DEFAULTS, DiagnosisOptions
 from ehsid.harness.gap.schema import Diagnosis
 from ehsid.harness.parallel import workers
 from ehsid.harness.records import Record
@@ -39,8 +40,8 @@ class Job:
         the rig as configured; `rig_file` is the path that the results name.
     fitted, held_out
         records to fit, and held-out records.
-    exclude
-        ids of effects that the diagnosis must leave out.
+    options
+        the options of the diagnosis.
     """
 
     name: str
@@ -48,7 +49,7 @@ class Job:
     rig_file: str
     fitted: tuple[Record, ...]
     held_out: tuple[Record, ...]
-    exclude: tuple[str, ...] = ()
+    options: DiagnosisOptions = DEFAULTS
 
 
 @dataclass(frozen=True)
@@ -93,7 +94,7 @@ def run_job(job: Job, diagnose: Diagnose, write: Write) -> Outcome:
     try:
         with workers(1):
             found = diagnose(
-                list(job.fitted), job.rig, validate=list(job.held_out), exclude=job.exclude
+                list(job.fitted), job.rig, validate=list(job.held_out), options=job.options
             )
         with temporary_folder() as folder:
             write(folder, found, (*job.fitted, *job.held_out), job.rig_file)

@@ -11,6 +11,7 @@ from made_diagnoses import bench, made_diagnosis, measured_record
 
 import ehsid
 from ehsid.harness import gap
+from ehsid.harness.gap.options import DiagnosisOptions
 from ehsid.harness.gap.schema import Verdict
 from ehsid.harness.records import write_record
 from ehsid.harness.report.diagnosis_files import simulation_table
@@ -34,7 +35,7 @@ def test_a_diagnosis_is_that_of_the_room() -> None:
     """A short record whose cause is known: all but one effect are excluded, for speed."""
     record = measured_record("run", 1, seconds=6.0, dt_s=2e-3)
     excluded = [one.id for one in ehsid.effects() if one.id != "coulomb_friction"]
-    expected = gap.diagnose([record], bench(), exclude=excluded)
+    expected = gap.diagnose([record], bench(), options=DiagnosisOptions(excluded))
     found = ehsid.diagnose(record, bench(), exclude=excluded, progress=False)
     assert found.verdict == expected.verdict == "effects"
     assert found.result.how_far == expected.how_far
@@ -61,7 +62,7 @@ def test_records_and_rigs_of_every_kind_reach_the_diagnosis(
         {"command_v", "position_m"} <= set(record.columns)
         for record in (*fake.asked.records, *fake.asked.validate)
     )
-    assert fake.asked.exclude == ["valve_lag"]
+    assert fake.asked.options == DiagnosisOptions(("valve_lag",))
     assert fake.asked.workers == 1
     assert dict(fake.asked.rig.values) == dict(bench().values)
     assert [record.name for record in found.records] == ["run", "b", "record"]
@@ -139,7 +140,7 @@ def test_data_that_carry_no_diagnosis_have_no_picture() -> None:
 
 def test_what_the_diagnosis_cannot_use_is_refused(tmp_path: Path) -> None:
     record = measured_record("run", 1, seconds=1.0, dt_s=2e-3)
-    with pytest.raises(ValueError, match=r"exclude: 'valve_lg'.*'valve_lag'"):
+    with pytest.raises(ValueError, match=r"exclude 'valve_lg'.*'valve_lag'"):
         ehsid.diagnose(record, bench(), exclude=["valve_lg"])
     with pytest.raises(ValueError, match="run: the same data as run"):
         ehsid.diagnose(record, bench(), validate=[record])

@@ -17,6 +17,7 @@ from ehsid.harness.excitation import multisine, triangle
 from ehsid.harness.gap import diagnose
 from ehsid.harness.gap.data.regimes import visited
 from ehsid.harness.gap.inference.identifiability import unidentifiable_effects
+from ehsid.harness.gap.options import DiagnosisOptions
 from ehsid.harness.records import Record, make_record
 from ehsid.harness.report.diagnosis_files import write_diagnosis
 from ehsid.harness.rigs import Rig, read_rig, rig_text
@@ -58,7 +59,7 @@ others = [
     if info.id not in (NAME, "load_spring", "load_force", "coulomb_friction")
 ]
 folder.mkdir()
-diagnosis = diagnose([fit], rig, validate=[held_out], exclude=others)
+diagnosis = diagnose([fit], rig, validate=[held_out], options=DiagnosisOptions(others))
 write_diagnosis(folder, diagnosis, [fit, held_out], "rig.toml")
 try:
     inject(plain, rig, {NAME: {"stiffness_n_m3": SIZE}})

@@ -17,6 +17,7 @@ from typer.testing import CliRunner
 from ehsid.harness.cli import cli
 from ehsid.harness.cli.many_values import repeated
 from ehsid.harness.gap.data.gate import how_read
+from ehsid.harness.gap.options import DiagnosisOptions
 from ehsid.harness.gap.schema import Diagnosis, Remark
 from ehsid.harness.records import write_record
 from ehsid.harness.rigs import write_rig
@@ -52,7 +53,7 @@ def test_what_is_asked_reaches_the_diagnosis(diagnose: FakeDiagnose, here: Path)
     assert outcome.exit_code == 0, outcome.output
     assert diagnose.asked.fitted == ["one", "two"]
     assert diagnose.asked.held_out == ["three"]
-    assert diagnose.asked.exclude == ["coulomb_friction", "load_force"]
+    assert diagnose.asked.options == DiagnosisOptions(("coulomb_friction", "load_force"))
     assert diagnose.asked.workers == 2
     assert diagnose.asked.progress is not None
     assert diagnose.asked.begun is not None
@@ -96,7 +97,7 @@ def test_held_out_records_are_never_fitted(diagnose: FakeDiagnose, here: Path) -
     assert outcome.exit_code == 0, outcome.output
     assert diagnose.asked.fitted == ["one"]
     assert diagnose.asked.held_out == ["two", "three"]
-    assert diagnose.asked.exclude == ["load_force", "load_spring"]
+    assert diagnose.asked.options == DiagnosisOptions(("load_force", "load_spring"))
 
 
 @pytest.mark.parametrize("verdict", VERDICTS)

@@ -13,6 +13,7 @@ from pathlib import Path
 import pytest
 
 from ehsid.harness.gap import Diagnosis, diagnose
+from ehsid.harness.gap.options import DiagnosisOptions
 from ehsid.harness.gap.schema import Estimate
 from ehsid.harness.records import read_record
 from ehsid.harness.rigs import read_rig
@@ -28,7 +29,9 @@ pytestmark = pytest.mark.slow
 
 def diagnosed(*exclude: str) -> Diagnosis:
     rig = read_rig(EMPS / "emps.rig.toml")
-    return diagnose([read_record(EMPS / "emps.csv", layout=rig.columns)], rig, exclude=exclude)
+    return diagnose(
+        [read_record(EMPS / "emps.csv", layout=rig.columns)], rig, options=DiagnosisOptions(exclude)
+    )
 
 
 def holds(interval: Estimate, published: float) -> bool:

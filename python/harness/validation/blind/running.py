@@ -10,6 +10,7 @@ from pathlib import Path
 
 from ehsid.harness.files import is_incomplete
 from ehsid.harness.gap.diagnosis_file import diagnosis_text
+from ehsid.harness.gap.options import DEFAULTS, DiagnosisOptions
 from ehsid.harness.gap.schema import Diagnosis
 from ehsid.harness.parallel import run_unordered
 from ehsid.harness.records import Record, read_record
@@ -47,8 +48,10 @@ def run_check(out: Path, seal: Seal, diagnose: Diagnose) -> Iterator[Outcome]:
     A task in another process gets the rig and the two records, but no path of the check. So it
     cannot open the answers or the transfer records.
     """
-    excluded = _truth_of(out) if seal.settings.exclude_truth else {}
-    tasks = (_task(out, name, excluded.get(name, ()), diagnose) for name in unfinished_cases(out))
+    options = _truth_of(out) if seal.settings.exclude_truth else {}
+    tasks = (
+        _task(out, name, options.get(name, DEFAULTS), diagnose) for name in unfinished_cases(out)
+    )
     return run_and_keep(tasks, out / RESULTS)
 
 
@@ -59,22 +62,25 @@ def run_and_keep(tasks: Iterable[Callable[[], Outcome]], folder: Path) -> Iterat
         yield outcome
 
 
-def _truth_of(out: Path) -> Mapping[str, tuple[str, ...]]:
-    """Returns the true effects of each case; only the study that leaves them out may use this."""
-    return {name: tuple(answer.effects) for name, answer in read_answers(out / ANSWERS).items()}
+def _truth_of(out: Path) -> Mapping[str, DiagnosisOptions]:
+    """Leaves out the true effects of each case; only the study of that may use this."""
+    return {
+        name: DiagnosisOptions(tuple(answer.effects))
+        for name, answer in read_answers(out / ANSWERS).items()
+    }
 
 
 def _task(
-    out: Path, name: str, exclude: tuple[str, ...], diagnose: Diagnose
+    out: Path, name: str, options: DiagnosisOptions, diagnose: Diagnose
 ) -> Callable[[], Outcome]:
     try:
-        job = read_case(out, name, exclude)
+        job = read_case(out, name, options)
     except Exception as error:  # `run_unordered` demands that the iterable of tasks does not raise
         return functools.partial(Outcome, name, *failure(error), 0.0)
     return functools.partial(run_job, job, diagnose, write_scored_files)
 
 
-def read_case(out: Path, name: str, exclude: tuple[str, ...] = ()) -> Job:
+def read_case(out: Path, name: str, options: DiagnosisOptions = DEFAULTS) -> Job:
     """Reads what the diagnosis may know of a case; paths of files are below the check's folder."""
     folder = out / CASES / name
     rig = read_rig(folder / "rig.toml")
@@ -82,7 +88,7 @@ def read_case(out: Path, name: str, exclude: tuple[str, ...] = ()) -> Job:
         replace(read_record(path, layout=rig.columns), source=path.relative_to(out))
         for path in (folder / "train.csv", folder / "validate.csv")
     )
-    return Job(name, rig, f"{CASES}/{name}/rig.toml", (train,), (validate,), exclude)
+    return Job(name, rig, f"{CASES}/{name}/rig.toml", (train,), (validate,), options)
 
 
 def write_scored_files(

@@ -9,12 +9,13 @@ import io
 import json
 import time
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 
 import ehsid
 from ehsid.harness.error_words import error_words
 from ehsid.harness.files import is_incomplete, temporary_folder
+from ehsid.harness.gap.options import DiagnosisOptions
 from ehsid.harness.manifest import sha256_of
 from ehsid.harness.records import NO_HINTS, Hints
 from ehsid.harness.records.formats import FOLDER_ENDINGS, records_in
@@ -83,13 +84,13 @@ def record_files(folder: Path) -> tuple[list[Path], list[Path]]:
     return fitted, held_out
 
 
-def inputs_of(folder: Path, exclude: Sequence[str], hints: Hints = NO_HINTS) -> bytes:
+def inputs_of(folder: Path, options: DiagnosisOptions, hints: Hints = NO_HINTS) -> bytes:
     """Returns what determines a result, as JSON: digests of files, options, version."""
     files = {path.name: sha256_of(path) for path in sorted(folder.iterdir()) if path.is_file()}
     maps = {channel: [column.name, column.unit] for channel, column in hints.maps.items()}
     plain = {
         "files": files,
-        "exclude": list(exclude),
+        **asdict(options),
         "map": maps,
         "dt_s": hints.dt_s,
         "ehsid_version": ehsid.__version__,
@@ -109,7 +110,7 @@ def is_finished(result: Path, inputs: Callable[[], bytes]) -> bool:
 
 
 def unfinished_machines(
-    folders: Iterable[Path], out: Path, exclude: Sequence[str], hints: Hints = NO_HINTS
+    folders: Iterable[Path], out: Path, options: DiagnosisOptions, hints: Hints = NO_HINTS
 ) -> list[Path]:
     """Returns the machines without a diagnosis of their present files; errors are tried again.
 
@@ -118,7 +119,7 @@ def unfinished_machines(
 
     def finished(folder: Path) -> bool:
         try:
-            inputs = functools.partial(inputs_of, folder, exclude, hints)
+            inputs = functools.partial(inputs_of, folder, options, hints)
             return is_finished(out / folder.name, inputs)
         except OSError:
             return False
@@ -129,7 +130,7 @@ def unfinished_machines(
 def run_fleet(
     folders: Sequence[Path],
     out: Path,
-    exclude: Sequence[str],
+    options: DiagnosisOptions,
     read: Read,
     diagnose: Diagnose,
     write: Write,
@@ -143,7 +144,7 @@ def run_fleet(
     on. Which of those at work it was shows when they are run again, half of them at a time.
     """
     left = {folder.name: folder for folder in folders}
-    tasks = (_task(folder, exclude, read, diagnose, write, hints) for folder in folders)
+    tasks = (_task(folder, options, read, diagnose, write, hints) for folder in folders)
     try:
         for outcome in run_and_keep(tasks, out):
             del left[outcome.name]
@@ -160,24 +161,24 @@ def run_fleet(
             yield killed
             return
         for some in (again[: len(again) // 2], again[len(again) // 2 :]):
-            yield from run_fleet(some, out, exclude, read, diagnose, write, hints)
+            yield from run_fleet(some, out, options, read, diagnose, write, hints)
 
 
 def _task(
     folder: Path,
-    exclude: Sequence[str],
+    options: DiagnosisOptions,
     read: Read,
     diagnose: Diagnose,
     write: Write,
     hints: Hints,
 ) -> Callable[[], Outcome]:
     try:
-        inputs = inputs_of(folder, exclude, hints)
+        inputs = inputs_of(folder, options, hints)
         files = _files_to_send(folder)
         if files is not None:
-            sent = Sent(folder.name, str(folder.parent), files, tuple(exclude), inputs)
+            sent = Sent(folder.name, str(folder.parent), files, options, inputs)
             return functools.partial(run_sent, sent, read, diagnose, write)
-        job = replace(read(folder), exclude=tuple(exclude))
+        job = replace(read(folder), options=options)
         return functools.partial(run_machine, job, diagnose, write, inputs)
     except Exception as error:  # whatever a machine has, it does not end the others
         return functools.partial(_unread, folder.name, error)
@@ -203,8 +204,8 @@ class Sent:
         folder of the fleet on the computer of the user, for messages.
     files
         contents by name.
-    exclude
-        ids of effects that the diagnosis must leave out.
+    options
+        the options of the diagnosis.
     inputs
         what determines the result, see `inputs_of`.
     """
@@ -212,7 +213,7 @@ class Sent:
     name: str
     place: str
     files: Mapping[str, bytes]
-    exclude: tuple[str, ...]
+    options: DiagnosisOptions
     inputs: bytes
 
 
@@ -236,7 +237,7 @@ def run_sent(sent: Sent, read: Read, diagnose: Diagnose, write: Write) -> Outcom
             for name, content in sent.files.items():
                 (folder / name).write_bytes(content)
             with contextlib.redirect_stderr(said):
-                job = replace(read(folder), exclude=sent.exclude)
+                job = replace(read(folder), options=sent.options)
         except Exception as error:
             check_room(error)
             unread = _unread(sent.name, error)
