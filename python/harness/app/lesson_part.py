@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import panel as pn
 
@@ -11,15 +11,13 @@ from ehsid.harness.app import look
 from ehsid.harness.app.lesson import candidates, guessed, lesson_of
 from ehsid.harness.app.lesson_flow import Stage, advance, lessons
 from ehsid.harness.app.lesson_words import outcome_html
-from ehsid.harness.app.playground import chosen_rig
+from ehsid.harness.app.playground_rigs import chosen_rig
 from ehsid.harness.app.session import Session
 from ehsid.harness.app.steps.step import progress
+from ehsid.harness.app.view import View
 from ehsid.harness.files import write_text
 from ehsid.harness.report.gap_words import first_upper, plain_name
 from ehsid.harness.rigs import read_rig, rig_text
-
-if TYPE_CHECKING:
-    from ehsid.harness.app.playground_view import PlaygroundView
 
 LOOK_MS = 1000  # between two looks at the work
 WHY = (
@@ -32,10 +30,10 @@ NO_IDEA = "I have no idea"
 
 
 class LessonPart:
-    """Buttons, progress and outcome."""
+    """Buttons, progress and outcome. `rig_title` is the field in which a rig is chosen."""
 
-    def __init__(self, view: PlaygroundView) -> None:
-        self._view, self._workbench = view, view.workbench
+    def __init__(self, view: View, rig_title: pn.widgets.Select) -> None:
+        self._view, self._workbench, self._rig_title = view, view.workbench, rig_title
         self._hide = view.button("Hide an effect")
         self._hide.on_click(view.told(self._begin))
         fields = {"stylesheets": [look.CONTROLS], "description": None, "margin": (2, 12, 2, 0)}
@@ -66,7 +64,7 @@ class LessonPart:
 
     def _begin(self, event: Any) -> None:
         del event
-        rig = chosen_rig(self._workbench, self._view.rig_title)
+        rig = chosen_rig(self._workbench, str(self._rig_title.value))
         if rig.plant != "ehs":
             raise ValueError(
                 f"{rig.name}: a lesson needs a hydraulic rig: expected one with valve and "

@@ -5,8 +5,7 @@ from __future__ import annotations
 
 import math
 import time
-from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -16,13 +15,8 @@ from ehsid.harness.catalogue.keys import ParameterKey
 from ehsid.harness.catalogue.parameters import acts_on, effects
 from ehsid.harness.excitation import named_signal
 from ehsid.harness.records import Record
-from ehsid.harness.rigs import Rig, parse_rig, read_rig
-from ehsid.harness.rigs.answers import answered, rig_file_text
-from ehsid.harness.rigs.questions import EXAMPLES
+from ehsid.harness.rigs import Rig
 from ehsid.harness.simulation import command_limit, inside_stroke, simulate
-
-if TYPE_CHECKING:
-    from ehsid.harness.app.workbench import Workbench
 
 DURATION_S, DT_S = 4.0, 1e-3
 TOP_HZ = 10.0  # of the test signals: what a servo of usual size follows in part
@@ -31,34 +25,7 @@ STEPS = 40  # of a slider
 # A range that begins at nothing and reaches far beyond the typical size has equal factors between
 # its steps; the first one above nothing is so small beside the typical size.
 FAR, SMALL = 10.0, 0.02
-TYPICAL = {
-    "ehs": ("bore", "rod", "stroke", "supply", "rated-flow", "rated-drop", "mass"),
-    "axis": ("mass", "force-gain"),
-}
-TITLES = {"ehs": "a servo of usual size", "axis": "a motor-driven axis of usual size"}
-OF = "rig of "
 SUBSYSTEMS = ("valve", "hydraulics", "mechanics", "sensor", "timing")
-
-
-def rig_titles(workbench: Workbench) -> list[str]:
-    """Returns what can be chosen as a rig: the examples, and the machines that have one."""
-    names = [name for name in workbench.names() if (workbench.folder / name / "rig.toml").exists()]
-    return [*TITLES.values(), *(OF + name for name in names)]
-
-
-def chosen_rig(workbench: Workbench, title: str) -> Rig:
-    """Returns the rig of a title; logs of the playground have the columns of the schema.
-
-    Raises
-    ------
-    RigError
-        the rig file cannot be read.
-    """
-    for plant, own in TITLES.items():
-        if title == own:
-            entries = answered(plant, {name: EXAMPLES[name] for name in TYPICAL[plant]})
-            return parse_rig(rig_file_text(own, plant, entries))
-    return replace(read_rig(workbench.opened(title.removeprefix(OF)).rig_file), columns={})
 
 
 def effects_of(plant: str) -> dict[str, list[ehsid.EffectInfo]]:

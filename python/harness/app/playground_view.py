@@ -16,11 +16,10 @@ from ehsid.harness.app.playground import (
     DURATION_S,
     Beside,
     beside,
-    chosen_rig,
     excitation,
-    rig_titles,
 )
 from ehsid.harness.app.playground_plots import PlaygroundPlots, make_plots
+from ehsid.harness.app.playground_rigs import chosen_rig, rig_titles
 from ehsid.harness.app.view import View
 from ehsid.harness.app.workbench import Workbench
 from ehsid.harness.records import Record
@@ -61,7 +60,7 @@ class PlaygroundView(View):
         self._document = pn.state.curdoc
         self._running = threading.Lock()
         self._wanted: dict[str, float] | None = None
-        self._lesson = LessonPart(self)
+        self._lesson = LessonPart(self, self._rig_title)
         self.layout.objects = [
             pn.FlexBox(self._rig_title, self._signal, self._share),
             parts,
@@ -69,14 +68,9 @@ class PlaygroundView(View):
         ]
         self.told(self._begin)()
 
-    @property
-    def rig_title(self) -> str:
-        """Which rig is chosen."""
-        return str(self._rig_title.value)
-
     def _begin(self) -> None:
         """Begins with another rig, without any effect beside its own."""
-        self._rig = chosen_rig(self.workbench, self.rig_title)
+        self._rig = chosen_rig(self.workbench, str(self._rig_title.value))
         self._effects = EffectSliders(self._rig, self._compute, self.told)
         self._sliders.objects = [self._effects.layout]
         self._drawn.objects = []

@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import shlex
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
@@ -16,8 +15,6 @@ from ehsid.harness.error_words import error_words
 from ehsid.harness.text import printable
 
 if TYPE_CHECKING:
-    from ehsid.harness.identification import IoData
-    from ehsid.harness.records import Hints, Origin
     from ehsid.harness.report.text_table import TextTable
 
 
@@ -26,58 +23,6 @@ def refuse(message: str) -> NoReturn:
     with suppress(OSError):  # a full disk behind stderr
         typer.echo(f"ehsid: {printable(message)}", err=True)
     raise typer.Exit(2)
-
-
-def check_signals(input_name: str, output_name: str) -> None:
-    """Checks the options --input and --output.
-
-    Raises
-    ------
-    ValueError
-        the two options name the same column, or the time.
-    """
-    from ehsid.harness.catalogue.channels import TIME
-
-    for option, name in (("--input", input_name), ("--output", output_name)):
-        if name == TIME:
-            raise ValueError(
-                f"{option} {TIME}: this is the time of the samples, not a signal: expected "
-                f"a column with the {option[2:]} of the plant; name one"
-            )
-    if input_name == output_name:
-        raise ValueError(
-            f"--input {input_name}, --output {output_name}: expected two columns; name the command "
-            "as the input and the measured signal as the output"
-        )
-
-
-def read_io(
-    path: Path, input_name: str, output_name: str, hints: Hints
-) -> tuple[IoData, Origin | None]:
-    """Reads the input column and the output column of a record.
-
-    What was taken for what in a log of another layout is shown on stderr, and returned.
-
-    Raises
-    ------
-    ValueError
-        the two options name the same column, or the time; or the record has a problem.
-    """
-    from ehsid.harness.catalogue.channels import CHANNELS
-    from ehsid.harness.cli.log_options import read_shown
-    from ehsid.harness.identification import IoData
-    from ehsid.harness.records.errors import MisnamedColumnError
-
-    check_signals(input_name, output_name)
-    try:
-        record = read_shown(path, hints, columns=[input_name, output_name])
-    except MisnamedColumnError as error:
-        options = {input_name: "--input", output_name: "--output"}
-        if error.column not in options or error.column in CHANNELS:
-            raise
-        name = error.nearest or "COLUMN"
-        raise error.with_remedy(f"{options[error.column]} {shlex.quote(name)}") from None
-    return IoData.from_record(record, input_name, output_name), record.origin
 
 
 @contextmanager

@@ -13,11 +13,10 @@ import typer
 
 from ehsid.harness.cli.common import (
     about,
-    read_io,
     shown_table,
 )
 from ehsid.harness.cli.console import Console
-from ehsid.harness.cli.log_options import Maps, SamplingTime, hints_of
+from ehsid.harness.cli.log_options import Maps, SamplingTime, hints_of, read_io
 from ehsid.harness.cli.next_command import Given, export_line, print_next, print_tries
 from ehsid.harness.cli.options import (
     RECORD_HELP,

@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING
 
 import typer
 
-from ehsid.harness.cli.common import check_signals, make_table, refuse
+from ehsid.harness.cli.common import make_table, refuse
 from ehsid.harness.cli.console import Console, note
-from ehsid.harness.cli.log_options import show_origin
+from ehsid.harness.cli.log_options import check_signals, show_origin
 from ehsid.harness.cli.progress import progress_of
 from ehsid.harness.files import result_folder
 

@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from ehsid.harness.catalogue.policies import POLICIES
-from ehsid.harness.cli.common import about, read_io
+from ehsid.harness.cli.common import about
 from ehsid.harness.cli.console import Console, note
-from ehsid.harness.cli.log_options import Maps, SamplingTime, hints_of
+from ehsid.harness.cli.log_options import Maps, SamplingTime, hints_of, read_io
 from ehsid.harness.cli.next_command import Given, estimate_line
 from ehsid.harness.cli.options import InputColumn, Offset, OutputColumn, RecordFile, Reset
 from ehsid.harness.cli.policy_option import (

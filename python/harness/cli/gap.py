@@ -16,8 +16,9 @@ from ehsid.harness.cli.console import Console
 from ehsid.harness.cli.diagnosis_options import with_diagnosis_options
 from ehsid.harness.cli.fail_on import FailOn, fail_if, failing_verdicts
 from ehsid.harness.cli.log_options import Maps, SamplingTime, hints_of, read_shown
-from ehsid.harness.cli.options import RECORD_HELP, AsJson, RigFile, Workers
+from ehsid.harness.cli.options import RECORD_HELP, AsJson, RigFile
 from ehsid.harness.cli.progress import progress_of
+from ehsid.harness.cli.workers import Workers
 from ehsid.harness.files import result_folder
 from ehsid.harness.parallel import workers as using
 from ehsid.harness.records import NO_HINTS, Hints, Record

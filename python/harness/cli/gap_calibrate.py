@@ -9,8 +9,9 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from ehsid.harness.cli.console import Console
-from ehsid.harness.cli.options import AsJson, Workers
+from ehsid.harness.cli.options import AsJson
 from ehsid.harness.cli.progress import stages
+from ehsid.harness.cli.workers import Workers
 from ehsid.harness.files import result_folder
 from ehsid.harness.parallel import workers as using
 

@@ -3,8 +3,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -13,10 +11,10 @@ import typer
 import ehsid
 from ehsid.harness.cli.common import refuse
 from ehsid.harness.cli.console import Console, note
-from ehsid.harness.cli.options import AsJson, Dask, Workers
+from ehsid.harness.cli.options import AsJson
 from ehsid.harness.cli.progress import progress_of
+from ehsid.harness.cli.workers import Dask, Workers, on
 from ehsid.harness.files import is_incomplete, result_folder
-from ehsid.harness.parallel import on_cluster
 from ehsid.harness.parallel import workers as using
 from ehsid.harness.validation.blind.making import RESULT, make_check
 from ehsid.harness.validation.blind.seal import SEAL, Seal, verify
@@ -24,25 +22,6 @@ from ehsid.harness.validation.blind.settings import EXCITATIONS, GRADES, SENSORS
 
 if TYPE_CHECKING:
     from ehsid.harness.validation.scoring.score import Score
-
-
-@contextmanager
-def on(cluster: str | None, workers: int | None) -> Iterator[None]:
-    """Runs the tasks of its block on a Dask cluster, or in this number of processes.
-
-    Raises
-    ------
-    ValueError
-        both a cluster and a number of processes are given, or the cluster cannot be used.
-    """
-    if cluster is None:
-        with using(workers):
-            yield
-        return
-    if workers is not None:
-        raise ValueError("--workers is of this machine: leave it away with --dask")
-    with on_cluster(cluster):
-        yield
 
 
 def made_or_found(out: Path, given: dict[str, Any], workers: int | None) -> Seal:

@@ -17,9 +17,9 @@ from ehsid.harness.cli.console import Console, note
 from ehsid.harness.cli.diagnosis_options import with_diagnosis_options
 from ehsid.harness.cli.fail_on import ANY, FailOn, fail_if, failing_verdicts
 from ehsid.harness.cli.gap import read_for
-from ehsid.harness.cli.gap_check import on
 from ehsid.harness.cli.log_options import Maps, SamplingTime, hints_of
-from ehsid.harness.cli.options import AsJson, Dask, Workers
+from ehsid.harness.cli.options import AsJson
+from ehsid.harness.cli.workers import Dask, Workers, on
 from ehsid.harness.files import check_result_folder, result_folder
 from ehsid.harness.records import NO_HINTS, Hints
 from ehsid.harness.records.telling_apart import told_apart

@@ -4,15 +4,18 @@
 from __future__ import annotations
 
 import logging
+import shlex
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from ehsid.harness.cli.common import make_table
 from ehsid.harness.cli.console import Console
 
 if TYPE_CHECKING:
+    from ehsid.harness.identification import IoData
     from ehsid.harness.records import Hints, Layout, Record
     from ehsid.harness.records.origin import Origin
 
@@ -80,6 +83,57 @@ def show_read(record: Record, path: Path) -> None:
     log_record(record, path)
 
 
+def check_signals(input_name: str, output_name: str) -> None:
+    """Checks the options --input and --output.
+
+    Raises
+    ------
+    ValueError
+        the two options name the same column, or the time.
+    """
+    from ehsid.harness.catalogue.channels import TIME
+
+    for option, name in (("--input", input_name), ("--output", output_name)):
+        if name == TIME:
+            raise ValueError(
+                f"{option} {TIME}: this is the time of the samples, not a signal: expected "
+                f"a column with the {option[2:]} of the plant; name one"
+            )
+    if input_name == output_name:
+        raise ValueError(
+            f"--input {input_name}, --output {output_name}: expected two columns; name the command "
+            "as the input and the measured signal as the output"
+        )
+
+
+def read_io(
+    path: Path, input_name: str, output_name: str, hints: Hints
+) -> tuple[IoData, Origin | None]:
+    """Reads the input column and the output column of a record.
+
+    What was taken for what in a log of another layout is shown on stderr, and returned.
+
+    Raises
+    ------
+    ValueError
+        the two options name the same column, or the time; or the record has a problem.
+    """
+    from ehsid.harness.catalogue.channels import CHANNELS
+    from ehsid.harness.identification import IoData
+    from ehsid.harness.records.errors import MisnamedColumnError
+
+    check_signals(input_name, output_name)
+    try:
+        record = read_shown(path, hints, columns=[input_name, output_name])
+    except MisnamedColumnError as error:
+        options = {input_name: "--input", output_name: "--output"}
+        if error.column not in options or error.column in CHANNELS:
+            raise
+        name = error.nearest or "COLUMN"
+        raise error.with_remedy(f"{options[error.column]} {shlex.quote(name)}") from None
+    return IoData.from_record(record, input_name, output_name), record.origin
+
+
 def log_record(record: Record, path: Path) -> None:
     """Logs what was read from a file."""
     step = "no time" if record.dt_s is None else f"every {record.dt_s:.6g} s"
@@ -92,8 +146,6 @@ def show_origin(name: str, origin: Origin, console: Console) -> None:
     """Prints the table of columns of a log, and the remarks."""
     console.print(f"{name}: read as {origin.kind}", soft_wrap=True)
     if origin.taken:
-        from ehsid.harness.cli.common import make_table
-
         headings = ("column", "taken for", "unit", "factor", "why")
         console.print(make_table(headings, origin.rows(), justify="left"))
     for remark in origin.remarks:

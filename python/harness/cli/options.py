@@ -51,8 +51,4 @@ Reset = Annotated[
 PastOutputs = Annotated[int, typer.Option("--na", min=1, max=6, help="past outputs")]
 PastInputs = Annotated[int, typer.Option("--nb", min=1, max=6, help="past inputs")]
 Delay = Annotated[int, typer.Option("--nk", min=0, max=20, help="delay in samples")]
-Workers = Annotated[int | None, typer.Option(min=1, help="processes; default: one for each core")]
-Dask = Annotated[
-    str | None, typer.Option(metavar="ADDRESS", help="Dask scheduler: tcp://HOST:PORT")
-]
 AsJson = Annotated[bool, typer.Option("--json", help="print the result as JSON")]

@@ -6,7 +6,7 @@ from __future__ import annotations
 import tempfile
 import time
 import traceback
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -14,10 +14,11 @@ from ehsid.harness.error_words import error_words, fault_words
 from ehsid.harness.files import FULL, result_folder, temporary_folder
 from ehsid.harness.gap.options import DEFAULTS, DiagnosisOptions
 from ehsid.harness.gap.schema import Diagnosis
-from ehsid.harness.parallel import workers
+from ehsid.harness.parallel import run_unordered, workers
 from ehsid.harness.records import Record
 from ehsid.harness.rigs import Rig
 
+DIAGNOSIS = "diagnosis.json"
 ERROR = "error.txt"
 # Name of the result of a diagnosis in its folder: that of `ehsid gap`.
 RESULT = "gap"
@@ -146,3 +147,10 @@ def keep(outcome: Outcome, folder: Path) -> None:
     with result_folder(folder / outcome.name, RESULT, list(outcome.files)) as made:
         for name, content in outcome.files.items():
             (made / name).write_bytes(content)
+
+
+def run_and_keep(tasks: Iterable[Callable[[], Outcome]], folder: Path) -> Iterator[Outcome]:
+    """Runs the tasks and yields each outcome as it comes, after writing it into the folder."""
+    for outcome in run_unordered(tasks):
+        keep(outcome, folder)
+        yield outcome

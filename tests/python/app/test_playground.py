@@ -12,15 +12,13 @@ from app_sessions import BENCH
 from ehsid.harness.app.playground import (
     DT_S,
     SUBSYSTEMS,
-    TITLES,
     beside,
-    chosen_rig,
     effects_of,
     excitation,
-    rig_titles,
     slider_values,
     typical_sizes,
 )
+from ehsid.harness.app.playground_rigs import TITLES, chosen_rig, rig_titles
 from ehsid.harness.app.workbench import Workbench
 from ehsid.harness.catalogue.parameters import effects
 from ehsid.harness.rigs import Rig, RigError

@@ -3,21 +3,41 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Callable
+from typing import ParamSpec, Protocol
 
 import panel as pn
 
 from ehsid.harness.app import look
 from ehsid.harness.app.jobs import Job, State
+from ehsid.harness.app.session import Session
+from ehsid.harness.app.workbench import Workbench
 
-if TYPE_CHECKING:
-    from ehsid.harness.app.page import Page
+P = ParamSpec("P")
+
+
+class StepPage(Protocol):
+    """What a step may use of the page that shows it; see `Page`."""
+
+    workbench: Workbench
+    session: Session
+    theme: str
+    key: str
+
+    def told(self, handler: Callable[P, None]) -> Callable[P, None]:
+        """Returns a handler whose errors are told on the page."""
+
+    def say(self, text: str) -> None:
+        """Shows above the step what was done."""
+
+    def show(self, key: str) -> None:
+        """Opens a step."""
 
 
 class StepView:
     """A step on a page: `layout` is shown, and `refresh` brings it up to date."""
 
-    def __init__(self, page: Page) -> None:
+    def __init__(self, page: StepPage) -> None:
         self.page = page
         self.session = page.session
         self.workbench = page.workbench

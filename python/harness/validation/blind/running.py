@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import functools
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -12,23 +12,21 @@ from ehsid.harness.files import is_incomplete
 from ehsid.harness.gap.diagnosis_file import diagnosis_text
 from ehsid.harness.gap.options import DEFAULTS, DiagnosisOptions
 from ehsid.harness.gap.schema import Diagnosis
-from ehsid.harness.parallel import run_unordered
 from ehsid.harness.records import Record, read_record
 from ehsid.harness.rigs import read_rig, write_rig
 from ehsid.harness.validation.blind.answers import read_answers
 from ehsid.harness.validation.blind.seal import ANSWERS, CASES, RESULTS, Seal
 from ehsid.harness.validation.jobs import (
+    DIAGNOSIS,
     ERROR,
     RESULT,
     Diagnose,
     Job,
     Outcome,
     failure,
-    keep,
+    run_and_keep,
     run_job,
 )
-
-DIAGNOSIS = "diagnosis.json"
 
 
 def unfinished_cases(out: Path) -> list[str]:
@@ -53,13 +51,6 @@ def run_check(out: Path, seal: Seal, diagnose: Diagnose) -> Iterator[Outcome]:
         _task(out, name, options.get(name, DEFAULTS), diagnose) for name in unfinished_cases(out)
     )
     return run_and_keep(tasks, out / RESULTS)
-
-
-def run_and_keep(tasks: Iterable[Callable[[], Outcome]], folder: Path) -> Iterator[Outcome]:
-    """Runs the tasks and yields each outcome as it comes, after writing it into the folder."""
-    for outcome in run_unordered(tasks):
-        keep(outcome, folder)
-        yield outcome
 
 
 def _truth_of(out: Path) -> Mapping[str, DiagnosisOptions]:

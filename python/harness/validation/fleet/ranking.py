@@ -12,8 +12,7 @@ from typing import Literal
 import ehsid
 from ehsid.harness.gap.diagnosis_file import DiagnosisFile, known, read_diagnosis_file
 from ehsid.harness.gap.schema import Estimate
-from ehsid.harness.validation.blind.running import DIAGNOSIS
-from ehsid.harness.validation.jobs import ERROR
+from ehsid.harness.validation.jobs import DIAGNOSIS, ERROR
 
 
 @dataclass(frozen=True)

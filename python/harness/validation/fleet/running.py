@@ -19,8 +19,8 @@ from ehsid.harness.gap.options import DiagnosisOptions
 from ehsid.harness.manifest import sha256_of
 from ehsid.harness.records import NO_HINTS, Hints
 from ehsid.harness.records.formats import FOLDER_ENDINGS, records_in
-from ehsid.harness.validation.blind.running import DIAGNOSIS, run_and_keep
 from ehsid.harness.validation.jobs import (
+    DIAGNOSIS,
     ERROR,
     RESULT,
     Diagnose,
@@ -31,6 +31,7 @@ from ehsid.harness.validation.jobs import (
     failure,
     keep,
     one_line,
+    run_and_keep,
     run_job,
 )
 
