@@ -166,7 +166,6 @@ class Recursions {
   /// phi' K, of the last kept step.
   EHSID_ALWAYS_INLINE V leverage(const Regressors& phi) const {
     V sum = phi[0] * now().gain[0];
-    EHSID_UNROLL
     for (int i = 1; i < size(); ++i) {
       const auto at = static_cast<std::size_t>(i);
       sum += phi[at] * now().gain[at];
