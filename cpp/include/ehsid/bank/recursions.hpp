@@ -6,6 +6,7 @@
 #include <ehsid/bank/fields.hpp>
 #include <ehsid/bank/lanes.hpp>
 #include <ehsid/bank/policies.hpp>
+#include <ehsid/reset.hpp>
 #include <ehsid/rls.hpp>
 
 namespace ehsid::bank {
