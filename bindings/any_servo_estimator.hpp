@@ -197,8 +197,7 @@ class AnyServoEstimator : public OneThread {
     if (made->configure(options) != Status::ok) {
       throw py::value_error(
           "ServoEstimator: dt_s and tolerance must be finite and > 0, drift finite and >= 0, delay "
-          "from "
-          "1 to 20 samples");
+          "from 1 to 20 samples");
     }
     held_ = std::move(made);
   }

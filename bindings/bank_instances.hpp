@@ -128,8 +128,8 @@ std::unique_ptr<AnyBank> make_bank_of(const std::vector<AnyEstimator*>& estimato
 }
 
 /// A bank of estimators ARX(3, 3, 1) without offset in float32: see bank_servo.cpp.
-std::unique_ptr<AnyBank> make_servo_bank(const std::vector<AnyEstimator*>& estimators,
-                                         bank::Isa isa);
+std::unique_ptr<AnyBank> make_third_order_bank(const std::vector<AnyEstimator*>& estimators,
+                                               bank::Isa isa);
 
 template <class Scalar>
 struct ForAnyOrders {
@@ -145,7 +145,7 @@ std::unique_ptr<AnyBank> make_bank(const std::vector<AnyEstimator*>& estimators,
   const bank::Isa isa = to_isa(instructions);
   const bool servo =
       estimators.front()->single() && estimators.front()->orders() == ModelShape(3, 3, 1, false);
-  auto made = servo ? make_servo_bank(estimators, isa)
+  auto made = servo ? make_third_order_bank(estimators, isa)
                     : make_bank_of<Scalar, ForAnyOrders<Scalar>::template Pattern>(estimators, isa);
   if (made == nullptr) {
     throw std::invalid_argument("a bank runs estimators with method='rls' only");

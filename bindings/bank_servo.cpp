@@ -14,8 +14,8 @@ struct ServoPattern {
   using Type = ArxEstimator<float, 3, 3, 1, PolicyAt<kPlace, float>>;
 };
 
-std::unique_ptr<AnyBank> make_servo_bank(const std::vector<AnyEstimator*>& estimators,
-                                         bank::Isa isa) {
+std::unique_ptr<AnyBank> make_third_order_bank(const std::vector<AnyEstimator*>& estimators,
+                                               bank::Isa isa) {
   return make_bank_of<float, ServoPattern>(estimators, isa);
 }
 

@@ -309,9 +309,9 @@ ValueError
   cls.def_property_readonly(
          "covariance",
          [](const AnyEstimator& self) { return as_matrix_array(self.covariance(), self.n()); },
-         "Covariance of theta_hat, shape (n, n), in the units of the signals, of which "
-         "standard_deviation has the diagonal: larger by 1 + whiteness where the residuals are not "
-         "white.")
+         "Covariance of theta_hat, shape (n, n), in the units of the signals. It is larger by the "
+         "factor 1 + whiteness where the residuals are not white. standard_deviation has the roots "
+         "of its diagonal.")
       .def_property("enabled", &AnyEstimator::enabled, &AnyEstimator::enable,
                     "While False the sample history moves on and the estimate rests (bumpless).")
       .def_property_readonly("settled", &AnyEstimator::settled,

@@ -77,7 +77,8 @@ class WhitenessMonitor {
   /// Square of the deviations by which one error may move theta: three and a half. White residuals hardly ever move it by
   /// more than one.
   static constexpr Scalar kMostMoved = Scalar(12);
-  /// Samples a parameter before that is judged: with fewer sigma is not known, and each sample moves theta far.
+  /// An error is judged after so many samples for each parameter. With fewer sigma is not known, and every sample moves
+  /// theta far.
   static constexpr int kFewestEach = 5;
 
   void restart() { state_ = State{}; }

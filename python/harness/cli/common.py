@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Functions that several commands share: reading of signals, errors, tables."""
+"""Functions that several commands share: errors, names of files, tables."""
 
 from __future__ import annotations
 

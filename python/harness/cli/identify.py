@@ -10,10 +10,7 @@ from typing import Annotated
 
 import typer
 
-from ehsid.harness.cli.common import (
-    about,
-    shown_table,
-)
+from ehsid.harness.cli.common import about, shown_table
 from ehsid.harness.cli.console import Console
 from ehsid.harness.cli.log_options import Maps, SamplingTime, hints_of, read_io
 from ehsid.harness.cli.next_command import Given, estimate_line, print_next

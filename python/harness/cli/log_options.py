@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Options of all commands that read a record, and the way in which they show what they read."""
+"""Options of all commands that read a record; they read it here and show what was read."""
 
 from __future__ import annotations
 

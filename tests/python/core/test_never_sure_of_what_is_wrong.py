@@ -20,8 +20,8 @@ POLICIES: dict[str, ehsid.Forgetting] = {
 }
 METHODS = [*(("rls", name) for name in POLICIES), ("riv", "ordinary"), ("riv", "exponential")]
 BEFORE, GOOD, HOSTILE = 3000, 2000, 100_000
-# Of six normal errors at 20 times of a few hundred runs the largest; without noise the deviations
-# are those of rounding, which is not white.
+# The largest of six normal errors at 20 times of 300 runs is about 4.2 deviations.
+# The rest is room for what sigma itself is off after a glitch: it is chosen, not derived.
 MOST_OFF = 6.0
 CHANGED = np.concatenate((model16.A, 1.5 * model16.B))
 
@@ -69,7 +69,7 @@ def test_a_glitch_and_a_change(what: str, method: str, policy: str, noise: float
         assert made.converged or method == "riv"
         truth = CHANGED if what == "change" else model16.THETA
         error = assert_never_sure_of_what_is_wrong(made, u[BEFORE:], y[BEFORE:], truth)
-        # The instruments of a plant without noise are slow: riv says that it has not converged.
+        # In 3 cases without noise riv is not back in time, and has then not converged. Why is open.
         assert error < max(10.0 * noise, 1e-3) or (method == "riv" and noise == 0.0)
 
 

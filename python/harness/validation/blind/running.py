@@ -46,15 +46,15 @@ def run_check(out: Path, seal: Seal, diagnose: Diagnose) -> Iterator[Outcome]:
     A task in another process gets the rig and the two records, but no path of the check. So it
     cannot open the answers or the transfer records.
     """
-    options = _truth_of(out) if seal.settings.exclude_truth else {}
+    options = _without_truth(out) if seal.settings.exclude_truth else {}
     tasks = (
         _task(out, name, options.get(name, DEFAULTS), diagnose) for name in unfinished_cases(out)
     )
     return run_and_keep(tasks, out / RESULTS)
 
 
-def _truth_of(out: Path) -> Mapping[str, DiagnosisOptions]:
-    """Leaves out the true effects of each case; only the study of that may use this."""
+def _without_truth(out: Path) -> Mapping[str, DiagnosisOptions]:
+    """Returns options that leave out the true effects of each case, for that study alone."""
     return {
         name: DiagnosisOptions(tuple(answer.effects))
         for name, answer in read_answers(out / ANSWERS).items()
