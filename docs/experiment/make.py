@@ -21,7 +21,7 @@ KEPT = {
     "rig_change.png": "a_change_of_the_rig_without_and_with_the_reset",
     "reading.png": "physical_reading",
     "claims.png": "summary",
-    "start.png": "the_start_behind_the_paper_s_lambda_1",
+    "start.png": "the_start_of_lambda_1",
     "reset.png": "where_the_reset_helps",
 }
 
