@@ -8,7 +8,7 @@ import sys
 import traceback
 from types import FrameType
 
-from ehsid.harness.surroundings import STDOUT
+from .surroundings import STDOUT
 
 # How the messages begin that pybind11 gives to values which a C++ type cannot hold.
 OF_PYBIND = ("incompatible function arguments", "incompatible constructor arguments")

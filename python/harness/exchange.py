@@ -10,7 +10,7 @@ from collections.abc import Iterable
 from contextlib import suppress
 from pathlib import Path
 
-from ehsid.harness.manifest import Manifest, manifest_of, read_manifest
+from .manifest import Manifest, manifest_of, read_manifest
 
 # Hidden folder of the manifests, in each folder with results.
 FOLDER = ".ehsid"

@@ -23,7 +23,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
-from ehsid.harness.exchange import FOLDER, Exchange, exists
+from .exchange import FOLDER, Exchange, exists
 
 if sys.platform != "win32":
     import fcntl

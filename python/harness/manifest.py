@@ -12,7 +12,8 @@ from typing import Literal
 import msgspec
 
 import ehsid
-from ehsid.harness.encoding import from_json
+
+from .encoding import from_json
 
 
 class FileEntry(msgspec.Struct, frozen=True):

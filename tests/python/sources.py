@@ -8,19 +8,21 @@ ROOT = Path(__file__).resolve().parents[2]
 HARNESS = ROOT / "python" / "harness"
 
 
-def imported(source: str) -> set[str]:
-    """Return the full names of all modules that a Python text imports, anywhere in it."""
+def imported(path: Path) -> set[str]:
+    """Return the full names of all modules that a file of the harness imports, anywhere in it."""
+    package = ("ehsid", "harness", *path.relative_to(HARNESS).parts[:-1])
     names: set[str] = set()
-    for node in ast.walk(ast.parse(source)):
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
         if isinstance(node, ast.Import):
             names |= {alias.name for alias in node.names}
         elif isinstance(node, ast.ImportFrom):
-            assert node.level == 0, "relative imports hide where a name comes from"
-            names |= {node.module or ""} | {f"{node.module}.{alias.name}" for alias in node.names}
+            above = package[: len(package) + 1 - node.level] if node.level else ()
+            module = ".".join((*above, *(node.module or "").split("."))).rstrip(".")
+            # `from . import a` is about a, and not about the package that both are in.
+            names |= {f"{module}.{alias.name}" for alias in node.names}
+            names |= {module} if node.module else set()
     return names
 
 
 def imported_below(folder: Path) -> set[str]:
-    return set().union(
-        *(imported(path.read_text(encoding="utf-8")) for path in folder.rglob("*.py"))
-    )
+    return set().union(*(imported(path) for path in folder.rglob("*.py")))

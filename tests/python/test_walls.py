@@ -40,6 +40,18 @@ def reachable(header: str) -> set[str]:
     return seen
 
 
+def test_relative_imports_have_their_full_names() -> None:
+    names = imported(HARNESS / "gap" / "diagnosis_file.py")
+    assert {"ehsid.harness.gap.schema", "ehsid.harness.files.write_text"} <= names
+    assert "ehsid.harness.gap" not in names
+
+
+def test_packages_import_themselves_relatively() -> None:
+    """So that every tool resolves them: the folder of ehsid.harness is not named like it."""
+    absolute = re.compile(r"^\s*(from|import) ehsid\.harness\b", re.MULTILINE)
+    assert not [path for path in HARNESS.rglob("*.py") if absolute.search(path.read_text("utf-8"))]
+
+
 def test_headers_were_found() -> None:
     assert "ehsid/ehsid.hpp" in HEADERS
     assert "ehsid/types.hpp" in reachable("ehsid/ehsid.hpp")
@@ -180,7 +192,7 @@ def imports() -> dict[str, set[tuple[str, str]]]:
         room = room_of(path)
         if room not in ROOMS:
             continue
-        for name in imported(path.read_text(encoding="utf-8")):
+        for name in imported(path):
             of = HARNESS.joinpath(*name.split(".")[2:])
             if not name.startswith("ehsid.harness."):
                 continue

@@ -9,24 +9,24 @@ from contextlib import nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING, Unpack
 
-from ehsid.harness import gap, records
-from ehsid.harness.api.progress import progress_of
-from ehsid.harness.api.read import Source, record_of
-from ehsid.harness.api.record import Record
-from ehsid.harness.api.rig import Rig, RigSource, rig_of
-from ehsid.harness.api.shown import Shown
-from ehsid.harness.api.wording import in_python, log_reading
-from ehsid.harness.catalogue.channels import CHANNELS, POSITION, REQUIRED_COLUMNS
-from ehsid.harness.files import result_folder
-from ehsid.harness.gap.diagnosis_file import RESULT_FILES
-from ehsid.harness.gap.options import DiagnosisChoices, DiagnosisOptions
-from ehsid.harness.parallel import workers as using
-from ehsid.harness.records import read_record
-from ehsid.harness.records.telling_apart import told_apart
-from ehsid.harness.report.gap_brief import brief_tables, told_reasons, told_remarks
-from ehsid.harness.report.gap_words import VERDICTS, plain_name
-from ehsid.harness.report.shares import percent
-from ehsid.harness.report.text_table import TextTable
+from .. import gap, records
+from ..catalogue.channels import CHANNELS, POSITION, REQUIRED_COLUMNS
+from ..files import result_folder
+from ..gap.diagnosis_file import RESULT_FILES
+from ..gap.options import DiagnosisChoices, DiagnosisOptions
+from ..parallel import workers as using
+from ..records import read_record
+from ..records.telling_apart import told_apart
+from ..report.gap_brief import brief_tables, told_reasons, told_remarks
+from ..report.gap_words import VERDICTS, plain_name
+from ..report.shares import percent
+from ..report.text_table import TextTable
+from .progress import progress_of
+from .read import Source, record_of
+from .record import Record
+from .rig import Rig, RigSource, rig_of
+from .shown import Shown
+from .wording import in_python, log_reading
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -77,7 +77,7 @@ class Diagnosis(Shown):
         ValueError
             nothing was simulated, because the data are insufficient.
         """
-        from ehsid.harness.report.run_figure import run_figure
+        from ..report.run_figure import run_figure
 
         if not self.result.runs:
             raise ValueError(
@@ -94,7 +94,7 @@ class Diagnosis(Shown):
         ValueError
             the folder cannot be written to, or has files of these names that ehsid did not write.
         """
-        from ehsid.harness.report.diagnosis_files import write_diagnosis
+        from ..report.diagnosis_files import write_diagnosis
 
         out = Path(folder)
         used = [record.result for record in self.records]
@@ -106,7 +106,7 @@ class Diagnosis(Shown):
 
     def to_polars(self) -> pl.DataFrame:
         """Returns the held-out samples with their simulations, as in simulation.csv."""
-        from ehsid.harness.report.diagnosis_files import simulation_table
+        from ..report.diagnosis_files import simulation_table
 
         return simulation_table(self.result.runs)
 
@@ -118,7 +118,7 @@ class Diagnosis(Shown):
         ModuleNotFoundError
             pandas is not installed.
         """
-        from ehsid.harness.api.frames import pandas_frame
+        from .frames import pandas_frame
 
         frame = self.to_polars()
         return pandas_frame({name: frame[name].to_numpy() for name in frame.columns})

@@ -12,29 +12,30 @@ from typing import TYPE_CHECKING, Any
 import numpy.typing as npt
 
 import ehsid
-from ehsid.harness import estimation
-from ehsid.harness.api.frames import Tabular, time_column
-from ehsid.harness.api.read import Source
-from ehsid.harness.api.shown import Shown
-from ehsid.harness.api.signals import Arrays, Signals, about, signals_of
-from ehsid.harness.api.wording import in_python
-from ehsid.harness.catalogue.policies import POLICIES
-from ehsid.harness.estimation import EstimationResult
-from ehsid.harness.estimation.advice import Advice, advise
-from ehsid.harness.estimation.recursion import START_VARIANCE, Recursion
-from ehsid.harness.estimation.servo import ServoPath
-from ehsid.harness.estimation.words import advice_words, state_words
-from ehsid.harness.files import result_folder
-from ehsid.harness.identification import ArxOrders
-from ehsid.harness.records.errors import nearest_name
-from ehsid.harness.report.model_file_names import ESTIMATION_FILES
-from ehsid.harness.report.model_tables import (
+
+from .. import estimation
+from ..catalogue.policies import POLICIES
+from ..estimation import EstimationResult
+from ..estimation.advice import Advice, advise
+from ..estimation.recursion import START_VARIANCE, Recursion
+from ..estimation.servo import ServoPath
+from ..estimation.words import advice_words, state_words
+from ..files import result_folder
+from ..identification import ArxOrders
+from ..records.errors import nearest_name
+from ..report.model_file_names import ESTIMATION_FILES
+from ..report.model_tables import (
     estimation_lines,
     parameter_table,
     servo_lines,
     servo_table,
 )
-from ehsid.harness.report.text_table import TextTable
+from ..report.text_table import TextTable
+from .frames import Tabular, time_column
+from .read import Source
+from .shown import Shown
+from .signals import Arrays, Signals, about, signals_of
+from .wording import in_python
 
 if TYPE_CHECKING:
     import control
@@ -93,13 +94,13 @@ class Estimation(Shown, Tabular):
 
         Its dt is the sampling time in seconds, or True without one. The constant term is left out.
         """
-        from ehsid.harness.identification.systems import arx_system
+        from ..identification.systems import arx_system
 
         return arx_system(self.result.orders, self.result.theta, self.signals.data.dt_s)
 
     def plot(self) -> Figure:
         """Returns a figure: K, the parameters with 95 % bands, lambda and the innovation."""
-        from ehsid.harness.report.model_figures import estimation_figure
+        from ..report.model_figures import estimation_figure
 
         figure = estimation_figure(self.result, self.signals.data.dt_s)
         label = f"innovation of\n{self.signals.output_label}"
@@ -114,7 +115,7 @@ class Estimation(Shown, Tabular):
         ValueError
             the folder cannot be written to, or has files of these names that ehsid did not write.
         """
-        from ehsid.harness.report.model_files import write_estimation
+        from ..report.model_files import write_estimation
 
         out, signals = Path(folder), self.signals
         with (

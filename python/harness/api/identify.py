@@ -10,21 +10,21 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy.typing as npt
 
-from ehsid.harness import identification
-from ehsid.harness.api.frames import Tabular, time_column
-from ehsid.harness.api.read import Source
-from ehsid.harness.api.shown import Shown
-from ehsid.harness.api.signals import Arrays, Signals, about, signals_of
-from ehsid.harness.api.wording import in_python, in_python_words
-from ehsid.harness.files import result_folder
-from ehsid.harness.identification import IdentificationResult
-from ehsid.harness.identification.criteria import simulation_words
-from ehsid.harness.identification.search_range import MOST_DELAY, MOST_ORDER, parse_range
-from ehsid.harness.identification.selection import DEFAULT_DELAYS, DEFAULT_ORDERS
-from ehsid.harness.report.dynamics_tables import model_table, root_table, servo_lines
-from ehsid.harness.report.model_file_names import IDENTIFICATION_FILES
-from ehsid.harness.report.model_tables import candidate_table, identification_lines
-from ehsid.harness.report.text_table import TextTable
+from .. import identification
+from ..files import result_folder
+from ..identification import IdentificationResult
+from ..identification.criteria import simulation_words
+from ..identification.search_range import MOST_DELAY, MOST_ORDER, parse_range
+from ..identification.selection import DEFAULT_DELAYS, DEFAULT_ORDERS
+from ..report.dynamics_tables import model_table, root_table, servo_lines
+from ..report.model_file_names import IDENTIFICATION_FILES
+from ..report.model_tables import candidate_table, identification_lines
+from ..report.text_table import TextTable
+from .frames import Tabular, time_column
+from .read import Source
+from .shown import Shown
+from .signals import Arrays, Signals, about, signals_of
+from .wording import in_python, in_python_words
 
 if TYPE_CHECKING:
     import control
@@ -59,13 +59,13 @@ class Identification(Shown, Tabular):
 
         Its dt is the sampling time in seconds, or True without one. The constant term is left out.
         """
-        from ehsid.harness.identification.systems import to_control
+        from ..identification.systems import to_control
 
         return to_control(self.result.chosen.model, self.result.dt_s)
 
     def plot(self) -> Figure:
         """Returns a figure: measured and simulated output, and both tests of the residuals."""
-        from ehsid.harness.report.model_figures import identification_figure
+        from ..report.model_figures import identification_figure
 
         figure = identification_figure(self.result)
         figure.axes[0].set_ylabel(self.signals.output_label, parse_math=False)
@@ -79,7 +79,7 @@ class Identification(Shown, Tabular):
         ValueError
             the folder cannot be written to, or has files of these names that ehsid did not write.
         """
-        from ehsid.harness.report.model_files import write_identification
+        from ..report.model_files import write_identification
 
         out, inputs = Path(folder), self.signals.inputs
         with in_python(), result_folder(out, "identify", IDENTIFICATION_FILES, inputs) as new:

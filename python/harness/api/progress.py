@@ -7,9 +7,9 @@ import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
-from ehsid.harness.api.wording import LOGGER
-from ehsid.harness.text import printable
-from ehsid.harness.time_to_go import TimeToGo, in_words
+from ..text import printable
+from ..time_to_go import TimeToGo, in_words
+from .wording import LOGGER
 
 LINE_EVERY_S = 10.0
 

@@ -8,17 +8,17 @@ from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from ehsid.harness import records
-from ehsid.harness.api.frames import Tabular
-from ehsid.harness.api.shown import Shown
-from ehsid.harness.api.wording import in_python, in_python_words
-from ehsid.harness.arrays import FloatArray
-from ehsid.harness.catalogue.channels import CHANNELS
-from ehsid.harness.files import result_files
-from ehsid.harness.records.formats import format_of
-from ehsid.harness.records.origin import unit_of
-from ehsid.harness.records.writing import record_bytes
-from ehsid.harness.report.text_table import TextTable
+from .. import records
+from ..arrays import FloatArray
+from ..catalogue.channels import CHANNELS
+from ..files import result_files
+from ..records.formats import format_of
+from ..records.origin import unit_of
+from ..records.writing import record_bytes
+from ..report.text_table import TextTable
+from .frames import Tabular
+from .shown import Shown
+from .wording import in_python, in_python_words
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -82,7 +82,7 @@ class Record(Shown, Tabular):
 
     def plot(self) -> Figure:
         """Returns a figure of the channels over time; of a record without any, its columns."""
-        from ehsid.harness.report.record_figure import record_figure
+        from ..report.record_figure import record_figure
 
         return record_figure(self.result)
 

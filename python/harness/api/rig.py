@@ -9,16 +9,16 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Literal, SupportsFloat
 
-from ehsid.harness import rigs
-from ehsid.harness.api.shown import Shown
-from ehsid.harness.api.wording import in_python
-from ehsid.harness.files import result_files, write_text
-from ehsid.harness.report.text_table import TextTable
-from ehsid.harness.rigs import parse_rig, read_rig, rig_text
-from ehsid.harness.rigs.answers import answered, read_answer, rig_file_text
-from ehsid.harness.rigs.checks import unknown
-from ehsid.harness.rigs.new import shown
-from ehsid.harness.rigs.questions import QUESTIONS, Question
+from .. import rigs
+from ..files import result_files, write_text
+from ..report.text_table import TextTable
+from ..rigs import parse_rig, read_rig, rig_text
+from ..rigs.answers import answered, read_answer, rig_file_text
+from ..rigs.checks import unknown
+from ..rigs.new import shown
+from ..rigs.questions import QUESTIONS, Question
+from .shown import Shown
+from .wording import in_python
 
 
 class Rig(Shown):

@@ -7,8 +7,8 @@ from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from html import escape
 
-from ehsid.harness.report.text_table import TextTable
-from ehsid.harness.text import printable
+from ..report.text_table import TextTable
+from ..text import printable
 
 
 class Shown(ABC):

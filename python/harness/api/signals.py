@@ -13,12 +13,12 @@ from typing import Any, cast
 import numpy as np
 import numpy.typing as npt
 
-from ehsid.harness.api.read import Source, record_of
-from ehsid.harness.api.wording import log_reading
-from ehsid.harness.catalogue.channels import CHANNELS, TIME
-from ehsid.harness.identification import IoData
-from ehsid.harness.records import Origin, read_record
-from ehsid.harness.text import printable
+from ..catalogue.channels import CHANNELS, TIME
+from ..identification import IoData
+from ..records import Origin, read_record
+from ..text import printable
+from .read import Source, record_of
+from .wording import log_reading
 
 Arrays = tuple[npt.ArrayLike, npt.ArrayLike, float | None]
 """Input, output and sampling time in seconds."""

@@ -11,25 +11,25 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
-from ehsid.harness import records, simulation
-from ehsid.harness.api.frames import Tabular
-from ehsid.harness.api.read import record_of
-from ehsid.harness.api.record import Record
-from ehsid.harness.api.rig import Rig, RigSource, rig_of
-from ehsid.harness.api.shown import Shown
-from ehsid.harness.api.wording import in_python, log_reading
-from ehsid.harness.arrays import FloatArray
-from ehsid.harness.catalogue.channels import COMMAND, REQUIRED_COLUMNS
-from ehsid.harness.excitation.named import SIGNALS
-from ehsid.harness.files import result_files
-from ehsid.harness.records import read_record
-from ehsid.harness.records.formats import format_of
-from ehsid.harness.records.writing import record_bytes
-from ehsid.harness.report.model_tables import run_table
-from ehsid.harness.report.text_table import TextTable
-from ehsid.harness.simulation import SimulationRun, draw_noise
-from ehsid.harness.simulation.logged_command import logged_command
-from ehsid.harness.simulation.signal_options import SignalOptions, as_command, check_start
+from .. import records, simulation
+from ..arrays import FloatArray
+from ..catalogue.channels import COMMAND, REQUIRED_COLUMNS
+from ..excitation.named import SIGNALS
+from ..files import result_files
+from ..records import read_record
+from ..records.formats import format_of
+from ..records.writing import record_bytes
+from ..report.model_tables import run_table
+from ..report.text_table import TextTable
+from ..simulation import SimulationRun, draw_noise
+from ..simulation.logged_command import logged_command
+from ..simulation.signal_options import SignalOptions, as_command, check_start
+from .frames import Tabular
+from .read import record_of
+from .record import Record
+from .rig import Rig, RigSource, rig_of
+from .shown import Shown
+from .wording import in_python, log_reading
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -76,7 +76,7 @@ class Simulation(Shown, Tabular):
             the ending is unknown, the file cannot be written, or there is one that ehsid did not
             write.
         """
-        from ehsid.harness.report.plotting import write_figure
+        from ..report.plotting import write_figure
 
         out = Path(path)
         picture = out.with_suffix(".png").name

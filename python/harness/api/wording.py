@@ -11,7 +11,7 @@ import re
 from collections.abc import Iterator
 from contextlib import contextmanager
 
-from ehsid.harness.records import Record
+from ..records import Record
 
 LOGGER = logging.getLogger("ehsid")
 

@@ -5,10 +5,10 @@ from __future__ import annotations
 
 import shutil
 
-from ehsid.harness.app.session import RIG, Session, SessionError, free_name
-from ehsid.harness.app.workbench import Workbench
-from ehsid.harness.files import replacing, write_text
-from ehsid.harness.rigs import read_rig
+from ..files import replacing, write_text
+from ..rigs import read_rig
+from .session import RIG, Session, SessionError, free_name
+from .workbench import Workbench
 
 FOUND = "gap/rig.augmented.toml"
 BEFORE = "rig.before.toml"

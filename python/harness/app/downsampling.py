@@ -13,7 +13,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ehsid.harness.arrays import FloatArray
+from ..arrays import FloatArray
 
 FACTOR = 64
 

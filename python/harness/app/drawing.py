@@ -6,7 +6,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from html import escape
 
-from ehsid.harness.text import printable
+from ..text import printable
 
 WIDTH, HEIGHT = 560, 330
 

@@ -10,11 +10,12 @@ import numpy as np
 import panel as pn
 
 import ehsid
-from ehsid.harness.app import look
-from ehsid.harness.app.playground import effects_of, slider_values, typical_sizes
-from ehsid.harness.catalogue.keys import ParameterKey
-from ehsid.harness.report.gap_words import first_upper, plain_name, quantity, value_name
-from ehsid.harness.rigs import Rig
+
+from ..catalogue.keys import ParameterKey
+from ..report.gap_words import first_upper, plain_name, quantity, value_name
+from ..rigs import Rig
+from . import look
+from .playground import effects_of, slider_values, typical_sizes
 
 Told = Callable[[Callable[..., None]], Callable[..., None]]
 

@@ -6,9 +6,9 @@ from __future__ import annotations
 import os
 import shlex
 
-from ehsid.harness.app.equivalent_next import next_commands, next_python
-from ehsid.harness.app.model_equivalent import model_commands, model_python
-from ehsid.harness.app.session import RIG, Entry, Session
+from .equivalent_next import next_commands, next_python
+from .model_equivalent import model_commands, model_python
+from .session import RIG, Entry, Session
 
 
 def commands(session: Session, step: str) -> list[str]:

@@ -3,10 +3,10 @@
 
 from __future__ import annotations
 
-from ehsid.harness.app.model_choice import recursion_of
-from ehsid.harness.app.model_equivalent import export_options
-from ehsid.harness.app.session import Session
-from ehsid.harness.catalogue.channels import COMMAND, POSITION
+from ..catalogue.channels import COMMAND, POSITION
+from .model_choice import recursion_of
+from .model_equivalent import export_options
+from .session import Session
 
 HEADERS = {False: "firmware/servo_configuration.hpp", True: "firmware/servo_configuration.h"}
 

@@ -9,20 +9,21 @@ import msgspec
 import numpy as np
 
 import ehsid
-from ehsid.harness.app.downsampling import Pyramid, make_pyramid, opened, store
-from ehsid.harness.app.model_look import look_folder, times_of
-from ehsid.harness.app.session import Session
-from ehsid.harness.arrays import FloatArray
-from ehsid.harness.catalogue.channels import TIME
-from ehsid.harness.encoding import from_json
-from ehsid.harness.estimation import EstimationResult
-from ehsid.harness.estimation.advice import Advice
-from ehsid.harness.estimation.result import NORMAL_95
-from ehsid.harness.estimation.words import advice_words, not_white_words
-from ehsid.harness.files import write_text
-from ehsid.harness.identification import IoData
-from ehsid.harness.records import Record
-from ehsid.harness.report.model_tables import servo_lines, servo_table
+
+from ..arrays import FloatArray
+from ..catalogue.channels import TIME
+from ..encoding import from_json
+from ..estimation import EstimationResult
+from ..estimation.advice import Advice
+from ..estimation.result import NORMAL_95
+from ..estimation.words import advice_words, not_white_words
+from ..files import write_text
+from ..identification import IoData
+from ..records import Record
+from ..report.model_tables import servo_lines, servo_table
+from .downsampling import Pyramid, make_pyramid, opened, store
+from .model_look import look_folder, times_of
+from .session import Session
 
 FILE = "estimated.json"
 INPUT, OUTPUT, FACTOR, INNOVATION = "input", "output", "factor", "innovation"

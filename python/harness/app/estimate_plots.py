@@ -6,8 +6,9 @@ from __future__ import annotations
 from bokeh.models import Column, ColumnDataSource, Range1d
 from bokeh.plotting import figure
 
-from ehsid.harness.app.downsampling import Pyramid
-from ehsid.harness.app.estimate_look import (
+from ..arrays import FloatArray
+from .downsampling import Pyramid
+from .estimate_look import (
     FACTOR,
     INNOVATION,
     INPUT,
@@ -16,10 +17,9 @@ from ehsid.harness.app.estimate_look import (
     high,
     low,
 )
-from ehsid.harness.app.look import THEMES
-from ehsid.harness.app.plots import Line, Panel, stacked
-from ehsid.harness.app.shown_units import coefficient, column
-from ehsid.harness.arrays import FloatArray
+from .look import THEMES
+from .plots import Line, Panel, stacked
+from .shown_units import coefficient, column
 
 SMALL, LARGE, AXIS = 150, 230, 30  # heights in pixels
 MARGIN = 0.3  # of the range of the coefficients, above and below

@@ -6,10 +6,10 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 
-from ehsid.harness.app.estimate_look import MOST_RESETS, Estimated
-from ehsid.harness.app.look import plain, table
-from ehsid.harness.app.shown_units import coefficient, column
-from ehsid.harness.arrays import FloatArray
+from ..arrays import FloatArray
+from .estimate_look import MOST_RESETS, Estimated
+from .look import plain, table
+from .shown_units import coefficient, column
 
 MOST_TIMES = 6  # of resets that are named
 CODE, CODE_TAG = re.compile("`([a-z0-9. -]+)`"), r"<code>\1</code>"

@@ -5,10 +5,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from ehsid.harness.app.reading import reading_of
-from ehsid.harness.app.session import Session
-from ehsid.harness.catalogue.channels import COMMAND, POSITION
-from ehsid.harness.rigs import RigError, read_rig
+from ..catalogue.channels import COMMAND, POSITION
+from ..rigs import RigError, read_rig
+from .reading import reading_of
+from .session import Session
 
 IDENTIFIED = "model/identify.json"
 

@@ -19,8 +19,8 @@ from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import Any, Protocol
 
-from ehsid.harness.error_words import error_words
-from ehsid.harness.time_to_go import TimeToGo
+from ..error_words import error_words
+from ..time_to_go import TimeToGo
 
 LOOK_S = 0.5  # between two looks of a worker at the process that started it
 END_S = 3.0  # that a worker has to end by itself

@@ -14,25 +14,26 @@ import msgspec
 import numpy as np
 
 import ehsid
-from ehsid.harness.app.playground import DT_S, effects_of
-from ehsid.harness.app.session import RIG, Session
-from ehsid.harness.arrays import FloatArray
-from ehsid.harness.catalogue.channels import CHAMBER_PRESSURES, COMMAND, POSITION, TIME
-from ehsid.harness.catalogue.keys import ParameterKey
-from ehsid.harness.encoding import from_json
-from ehsid.harness.excitation import named_signal
-from ehsid.harness.files import write_text
-from ehsid.harness.records import Record, make_record
-from ehsid.harness.records.writing import record_bytes
-from ehsid.harness.rigs import Rig, RigError, read_rig
-from ehsid.harness.simulation import (
+
+from ..arrays import FloatArray
+from ..catalogue.channels import CHAMBER_PRESSURES, COMMAND, POSITION, TIME
+from ..catalogue.keys import ParameterKey
+from ..encoding import from_json
+from ..excitation import named_signal
+from ..files import write_text
+from ..records import Record, make_record
+from ..records.writing import record_bytes
+from ..rigs import Rig, RigError, read_rig
+from ..simulation import (
     SimulationError,
     command_limit,
     draw_noise,
     inside_stroke,
     simulate,
 )
-from ehsid.harness.simulation.outputs import noise_sigma
+from ..simulation.outputs import noise_sigma
+from .playground import DT_S, effects_of
+from .session import RIG, Session
 
 FILE = "lesson.json"
 SECONDS = 8.0  # of each record

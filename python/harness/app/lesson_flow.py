@@ -5,10 +5,10 @@ from __future__ import annotations
 
 from enum import StrEnum
 
-from ehsid.harness.app.flow import standings
-from ehsid.harness.app.lesson import lesson_of
-from ehsid.harness.app.session import Session
-from ehsid.harness.app.workbench import Workbench
+from .flow import standings
+from .lesson import lesson_of
+from .session import Session
+from .workbench import Workbench
 
 
 class Stage(StrEnum):

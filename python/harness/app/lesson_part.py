@@ -7,17 +7,17 @@ from typing import Any
 
 import panel as pn
 
-from ehsid.harness.app import look
-from ehsid.harness.app.lesson import candidates, guessed, lesson_of
-from ehsid.harness.app.lesson_flow import Stage, advance, lessons
-from ehsid.harness.app.lesson_words import outcome_html
-from ehsid.harness.app.playground_rigs import chosen_rig
-from ehsid.harness.app.session import Session
-from ehsid.harness.app.steps.step import progress
-from ehsid.harness.app.view import View
-from ehsid.harness.files import write_text
-from ehsid.harness.report.gap_words import first_upper, plain_name
-from ehsid.harness.rigs import read_rig, rig_text
+from ..files import write_text
+from ..report.gap_words import first_upper, plain_name
+from ..rigs import read_rig, rig_text
+from . import look
+from .lesson import candidates, guessed, lesson_of
+from .lesson_flow import Stage, advance, lessons
+from .lesson_words import outcome_html
+from .playground_rigs import chosen_rig
+from .session import Session
+from .steps.step import progress
+from .view import View
 
 LOOK_MS = 1000  # between two looks at the work
 WHY = (

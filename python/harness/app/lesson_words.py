@@ -3,12 +3,9 @@
 
 from __future__ import annotations
 
-from ehsid.harness.app import look
-from ehsid.harness.app.lesson import Lesson, truth
-from ehsid.harness.app.session import Session
-from ehsid.harness.catalogue.keys import ParameterKey
-from ehsid.harness.gap.diagnosis_file import DiagnosisFile, read_diagnosis_file
-from ehsid.harness.report.gap_words import (
+from ..catalogue.keys import ParameterKey
+from ..gap.diagnosis_file import DiagnosisFile, read_diagnosis_file
+from ..report.gap_words import (
     effect_set,
     first_upper,
     interval,
@@ -17,7 +14,10 @@ from ehsid.harness.report.gap_words import (
     unit_of,
     value_name,
 )
-from ehsid.harness.rigs import read_rig
+from ..rigs import read_rig
+from . import look
+from .lesson import Lesson, truth
+from .session import Session
 
 
 def outcome_html(session: Session, lesson: Lesson) -> str:

@@ -9,8 +9,8 @@ from pathlib import Path
 import panel as pn
 from bokeh.plotting import figure
 
-from ehsid.harness.report.plotting import BLUE, GREEN, ORANGE, PURPLE, SKY, VERMILION
-from ehsid.harness.text import printable
+from ..report.plotting import BLUE, GREEN, ORANGE, PURPLE, SKY, VERMILION
+from ..text import printable
 
 # Colours of lines; blue and vermilion are too dark on a dark ground.
 COLOURS = {

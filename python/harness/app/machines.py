@@ -5,13 +5,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from ehsid.harness.app.flow import STEPS, next_step, standings
-from ehsid.harness.app.session import SessionError
-from ehsid.harness.app.workbench import Workbench
-from ehsid.harness.gap.diagnosis_file import DiagnosisFile, read_diagnosis_file
-from ehsid.harness.report.fleet_page import verdict_text
-from ehsid.harness.report.gap_words import first_upper
-from ehsid.harness.validation.fleet.ranking import machine_of
+from ..gap.diagnosis_file import DiagnosisFile, read_diagnosis_file
+from ..report.fleet_page import verdict_text
+from ..report.gap_words import first_upper
+from ..validation.fleet.ranking import machine_of
+from .flow import STEPS, next_step, standings
+from .session import SessionError
+from .workbench import Workbench
 
 
 @dataclass(frozen=True)

@@ -9,12 +9,12 @@ from urllib.parse import quote
 
 import panel as pn
 
-from ehsid.harness.app import look
-from ehsid.harness.app.machines import MachineRow, machine_rows
-from ehsid.harness.app.page import NEW
-from ehsid.harness.app.view import View
-from ehsid.harness.app.workbench import REMOVED, Workbench
-from ehsid.harness.report.shares import percent
+from ..report.shares import percent
+from . import look
+from .machines import MachineRow, machine_rows
+from .page import NEW
+from .view import View
+from .workbench import REMOVED, Workbench
 
 LOOK_MS = 3000  # between two looks for what has changed
 # Heading of each column, and whether it has numbers.

@@ -6,10 +6,11 @@ from __future__ import annotations
 import json
 
 import ehsid
-from ehsid.harness.app.session import MOST_COEFFICIENTS, MOST_DELAY, ModelChoice, Session
-from ehsid.harness.catalogue.policies import POLICIES, policies_of
-from ehsid.harness.estimation import Recursion
-from ehsid.harness.identification import ArxOrders
+
+from ..catalogue.policies import POLICIES, policies_of
+from ..estimation import Recursion
+from ..identification import ArxOrders
+from .session import MOST_COEFFICIENTS, MOST_DELAY, ModelChoice, Session
 
 # Factors are of interest near 1, where each step doubles or halves the memory or so.
 FACTORS = (

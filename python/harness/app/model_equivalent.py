@@ -3,9 +3,9 @@
 
 from __future__ import annotations
 
-from ehsid.harness.app.model_choice import recursion_of
-from ehsid.harness.app.session import Session
-from ehsid.harness.catalogue.policies import POLICIES
+from ..catalogue.policies import POLICIES
+from .model_choice import recursion_of
+from .session import Session
 
 
 def model_commands(session: Session) -> list[list[str]]:

@@ -11,13 +11,11 @@ from pathlib import Path
 import msgspec
 import numpy as np
 
-from ehsid.harness.app.downsampling import make_pyramid, store
-from ehsid.harness.app.session import Session
-from ehsid.harness.arrays import FloatArray
-from ehsid.harness.catalogue.channels import TIME
-from ehsid.harness.encoding import from_json
-from ehsid.harness.files import write_text
-from ehsid.harness.identification import (
+from ..arrays import FloatArray
+from ..catalogue.channels import TIME
+from ..encoding import from_json
+from ..files import write_text
+from ..identification import (
     IdentificationResult,
     IoData,
     frequency_response,
@@ -25,10 +23,12 @@ from ehsid.harness.identification import (
     power_band,
     response_grid,
 )
-from ehsid.harness.identification.residuals import IndependenceTest, WhitenessTest
-from ehsid.harness.identification.roots import Roots
-from ehsid.harness.identification.velocity_gain import integrator, velocity_gain
-from ehsid.harness.records import Record
+from ..identification.residuals import IndependenceTest, WhitenessTest
+from ..identification.roots import Roots
+from ..identification.velocity_gain import integrator, velocity_gain
+from ..records import Record
+from .downsampling import make_pyramid, store
+from .session import Session
 
 FILE = "identified.json"
 SAME_POLE = 1e-6  # of two computations of its place in the z plane
@@ -215,8 +215,8 @@ def _roots(roots: Roots) -> list[Root]:
 
 def _poles(result: IdentificationResult, dt_s: float) -> list[Root]:
     # python-control takes a second to import, and the page itself does not need it.
-    from ehsid.harness.identification.loop import analyse_loop
-    from ehsid.harness.identification.systems import to_control
+    from ..identification.loop import analyse_loop
+    from ..identification.systems import to_control
 
     model = result.chosen.model
     modes = analyse_loop(to_control(model, dt_s)).modes

@@ -14,9 +14,9 @@ from bokeh.models import (
 )
 from bokeh.plotting import figure
 
-from ehsid.harness.app.look import COLOURS, THEMES, dress
-from ehsid.harness.app.model_look import Bode, Correlation, Root
-from ehsid.harness.app.plots import legend_above
+from .look import COLOURS, THEMES, dress
+from .model_look import Bode, Correlation, Root
+from .plots import legend_above
 
 HEIGHT, CIRCLE, BESIDE = 300, 260, 95  # in pixels; beside the circle: axis and tools
 FARTHEST = 2.0  # from z = 0, that the plot of poles and zeros reaches

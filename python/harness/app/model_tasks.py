@@ -6,23 +6,23 @@ from __future__ import annotations
 from collections.abc import Callable
 from pathlib import Path
 
-from ehsid.harness.app import estimate_look, model_look
-from ehsid.harness.app.model_choice import recursion_of
-from ehsid.harness.app.session import Entry, Session, SessionError
-from ehsid.harness.estimation import EstimationResult, estimate
-from ehsid.harness.estimation.advice import advise
-from ehsid.harness.files import result_folder
-from ehsid.harness.identification import IoData, identify
-from ehsid.harness.identification.search_range import MOST_DELAY, MOST_ORDER, parse_range
-from ehsid.harness.records import Record, read_record
-from ehsid.harness.report.model_file_names import ESTIMATION_FILES, IDENTIFICATION_FILES
+from ..estimation import EstimationResult, estimate
+from ..estimation.advice import advise
+from ..files import result_folder
+from ..identification import IoData, identify
+from ..identification.search_range import MOST_DELAY, MOST_ORDER, parse_range
+from ..records import Record, read_record
+from ..report.model_file_names import ESTIMATION_FILES, IDENTIFICATION_FILES
+from . import estimate_look, model_look
+from .model_choice import recursion_of
+from .session import Entry, Session, SessionError
 
 FOLDER = "model"
 
 
 def identify_task(folder: Path, *, report: Callable[[float], None]) -> None:
     """Identifies a model, as `ehsid identify --out model`."""
-    from ehsid.harness.report.model_files import write_identification
+    from ..report.model_files import write_identification
 
     session = Session(folder)
     choice, entry = session.settings.model, _entry(session)
@@ -56,7 +56,7 @@ def estimate_task(folder: Path, *, report: Callable[[float], None]) -> None:
         advice = advise(data, recursion_of(session.settings.model), result)
         estimate_look.write_tries(session, look.figures, advice)
         report(0.7)
-        from ehsid.harness.report.model_files import write_estimation
+        from ..report.model_files import write_estimation
 
         write_estimation(new, result, data.dt_s, record.origin, advice)
     report(1.0)

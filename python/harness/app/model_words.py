@@ -5,9 +5,9 @@ from __future__ import annotations
 
 import math
 
-from ehsid.harness.app.look import plain, table
-from ehsid.harness.app.model_look import Identified, Root, Row
-from ehsid.harness.app.shown_units import coefficient, speed_gain
+from .look import plain, table
+from .model_look import Identified, Root, Row
+from .shown_units import coefficient, speed_gain
 
 REAL = 1e-9  # largest imaginary part of a real pole
 

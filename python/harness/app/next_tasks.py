@@ -9,10 +9,10 @@ from pathlib import Path
 
 import msgspec
 
-from ehsid.harness.app.session import SETTINGS, Session, SessionError
-from ehsid.harness.catalogue.channels import COMMAND, POSITION
-from ehsid.harness.files import replacing, result_files, write_text
-from ehsid.harness.records import read_record
+from ..catalogue.channels import COMMAND, POSITION
+from ..files import replacing, result_files, write_text
+from ..records import read_record
+from .session import SETTINGS, Session, SessionError
 
 FIRMWARE, PACKAGE = "firmware", "package"
 MADE = "header.json"
@@ -49,9 +49,10 @@ class HeaderMade(msgspec.Struct, frozen=True):
 def header_task(folder: Path, *, report: Callable[[float], None]) -> None:
     """Makes a firmware header, as `ehsid export`."""
     import ehsid
-    from ehsid.harness.app.model_choice import recursion_of
-    from ehsid.harness.deploy.export import FILE_NAMES, chosen_orders, header_of_record
-    from ehsid.harness.identification import IoData
+
+    from ..deploy.export import FILE_NAMES, chosen_orders, header_of_record
+    from ..identification import IoData
+    from .model_choice import recursion_of
 
     session = Session(folder)
     wish, choice = session.settings.firmware, session.settings.model

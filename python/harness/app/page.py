@@ -10,20 +10,20 @@ from typing import Any, ParamSpec
 
 import panel as pn
 
-from ehsid.harness.app import look
-from ehsid.harness.app.equivalent import python, shown_commands
-from ehsid.harness.app.flow import STEPS, Standing, next_step, standings
-from ehsid.harness.app.session import Session
-from ehsid.harness.app.steps.check import CheckStep
-from ehsid.harness.app.steps.gap import GapStep
-from ehsid.harness.app.steps.load import LoadStep
-from ehsid.harness.app.steps.map import MapStep
-from ehsid.harness.app.steps.model import ModelStep
-from ehsid.harness.app.steps.next import NextStep
-from ehsid.harness.app.steps.rig import RigStep
-from ehsid.harness.app.steps.step import StepView
-from ehsid.harness.app.workbench import ERRORS, Workbench
-from ehsid.harness.error_words import error_words
+from ..error_words import error_words
+from . import look
+from .equivalent import python, shown_commands
+from .flow import STEPS, Standing, next_step, standings
+from .session import Session
+from .steps.check import CheckStep
+from .steps.gap import GapStep
+from .steps.load import LoadStep
+from .steps.map import MapStep
+from .steps.model import ModelStep
+from .steps.next import NextStep
+from .steps.rig import RigStep
+from .steps.step import StepView
+from .workbench import ERRORS, Workbench
 
 VIEWS: dict[str, type[StepView]] = {
     "load": LoadStep,

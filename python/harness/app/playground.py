@@ -10,13 +10,14 @@ from dataclasses import dataclass
 import numpy as np
 
 import ehsid
-from ehsid.harness.arrays import FloatArray
-from ehsid.harness.catalogue.keys import ParameterKey
-from ehsid.harness.catalogue.parameters import acts_on, effects
-from ehsid.harness.excitation import named_signal
-from ehsid.harness.records import Record
-from ehsid.harness.rigs import Rig
-from ehsid.harness.simulation import command_limit, inside_stroke, simulate
+
+from ..arrays import FloatArray
+from ..catalogue.keys import ParameterKey
+from ..catalogue.parameters import acts_on, effects
+from ..excitation import named_signal
+from ..records import Record
+from ..rigs import Rig
+from ..simulation import command_limit, inside_stroke, simulate
 
 DURATION_S, DT_S = 4.0, 1e-3
 TOP_HZ = 10.0  # of the test signals: what a servo of usual size follows in part

@@ -8,11 +8,11 @@ from dataclasses import dataclass
 from bokeh.models import ColumnDataSource, DataRange1d, Range1d
 from bokeh.plotting import figure
 
-from ehsid.harness.app.downsampling import make_pyramid
-from ehsid.harness.app.look import COLOURS, dress
-from ehsid.harness.app.playground import DURATION_S, Beside
-from ehsid.harness.arrays import FloatArray
-from ehsid.harness.catalogue.channels import CHANNELS
+from ..arrays import FloatArray
+from ..catalogue.channels import CHANNELS
+from .downsampling import make_pyramid
+from .look import COLOURS, dress
+from .playground import DURATION_S, Beside
 
 # Signals that are drawn, as far as the plant has them, with the label of their axis.
 SIGNALS = {

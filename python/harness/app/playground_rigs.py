@@ -5,10 +5,10 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from ehsid.harness.app.workbench import Workbench
-from ehsid.harness.rigs import Rig, parse_rig, read_rig
-from ehsid.harness.rigs.answers import answered, rig_file_text
-from ehsid.harness.rigs.questions import EXAMPLES
+from ..rigs import Rig, parse_rig, read_rig
+from ..rigs.answers import answered, rig_file_text
+from ..rigs.questions import EXAMPLES
+from .workbench import Workbench
 
 TYPICAL = {
     "ehs": ("bore", "rod", "stroke", "supply", "rated-flow", "rated-drop", "mass"),

@@ -8,22 +8,22 @@ import threading
 import panel as pn
 from bokeh.layouts import column
 
-from ehsid.harness.app import look
-from ehsid.harness.app.effect_sliders import EffectSliders
-from ehsid.harness.app.lesson_part import LessonPart
-from ehsid.harness.app.playground import (
+from ..records import Record
+from ..simulation import simulate
+from . import look
+from .effect_sliders import EffectSliders
+from .lesson_part import LessonPart
+from .playground import (
     DT_S,
     DURATION_S,
     Beside,
     beside,
     excitation,
 )
-from ehsid.harness.app.playground_plots import PlaygroundPlots, make_plots
-from ehsid.harness.app.playground_rigs import chosen_rig, rig_titles
-from ehsid.harness.app.view import View
-from ehsid.harness.app.workbench import Workbench
-from ehsid.harness.records import Record
-from ehsid.harness.simulation import simulate
+from .playground_plots import PlaygroundPlots, make_plots
+from .playground_rigs import chosen_rig, rig_titles
+from .view import View
+from .workbench import Workbench
 
 COMMANDS = ["multisine", "steps", "triangle", "chirp"]
 

@@ -12,9 +12,9 @@ from bokeh.layouts import column
 from bokeh.models import Column, ColumnDataSource, Legend, LegendItem, Range1d
 from bokeh.plotting import figure
 
-from ehsid.harness.app.look import COLOURS, dress
-from ehsid.harness.arrays import FloatArray
-from ehsid.harness.text import printable
+from ..arrays import FloatArray
+from ..text import printable
+from .look import COLOURS, dress
 
 COLUMNS = 1200  # pixel columns that are filled
 

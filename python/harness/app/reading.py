@@ -8,16 +8,16 @@ from pathlib import Path
 import msgspec
 import numpy as np
 
-from ehsid.harness.app.downsampling import make_pyramid, store
-from ehsid.harness.app.session import Entry, Session
-from ehsid.harness.catalogue.channels import TIME
-from ehsid.harness.encoding import from_json
-from ehsid.harness.files import result_files, write_text
-from ehsid.harness.records import Hints, Record, RecordError
-from ehsid.harness.records.logs.log import Log
-from ehsid.harness.records.logs.mapping import parse_maps
-from ehsid.harness.records.reading import open_unread, read_record
-from ehsid.harness.records.writing import record_bytes
+from ..catalogue.channels import TIME
+from ..encoding import from_json
+from ..files import result_files, write_text
+from ..records import Hints, Record, RecordError
+from ..records.logs.log import Log
+from ..records.logs.mapping import parse_maps
+from ..records.reading import open_unread, read_record
+from ..records.writing import record_bytes
+from .downsampling import make_pyramid, store
+from .session import Entry, Session
 
 MOST_COLUMNS = 64  # of a log, that are drawn
 RAW, MADE = "raw", "record"

@@ -23,19 +23,19 @@ from tornado.routing import Matcher, Rule
 from tornado.web import HTTPError, RequestHandler, stream_request_body
 from tornado.websocket import WebSocketClosedError
 
-from ehsid.harness.app import look
-from ehsid.harness.app.adoption import replace_rig
-from ehsid.harness.app.live.page import LivePage
-from ehsid.harness.app.live.runs import SERVED as LIVE_SERVED
-from ehsid.harness.app.live.runs import LiveRuns
-from ehsid.harness.app.machines_view import MachinesView
-from ehsid.harness.app.page import Page
-from ehsid.harness.app.playground_view import PlaygroundView
-from ehsid.harness.app.session import RIG, Session, SessionError, free_name, safe_name
-from ehsid.harness.app.workbench import LIVE, Workbench
-from ehsid.harness.error_words import error_words
-from ehsid.harness.rigs import parse_rig
-from ehsid.harness.rigs.toml_text import read_text
+from ..error_words import error_words
+from ..rigs import parse_rig
+from ..rigs.toml_text import read_text
+from . import look
+from .adoption import replace_rig
+from .live.page import LivePage
+from .live.runs import SERVED as LIVE_SERVED
+from .live.runs import LiveRuns
+from .machines_view import MachinesView
+from .page import Page
+from .playground_view import PlaygroundView
+from .session import RIG, Session, SessionError, free_name, safe_name
+from .workbench import LIVE, Workbench
 
 ADDRESS = "127.0.0.1"
 UPLOAD_LIMIT = 2 * 1024**3  # bytes of one file

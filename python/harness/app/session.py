@@ -25,9 +25,9 @@ from pathlib import Path
 import msgspec
 import tomli_w
 
-from ehsid.harness.catalogue.channels import COMMAND, POSITION
-from ehsid.harness.catalogue.policies import METHODS, POLICIES, policies_of
-from ehsid.harness.files import write_text
+from ..catalogue.channels import COMMAND, POSITION
+from ..catalogue.policies import METHODS, POLICIES, policies_of
+from ..files import write_text
 
 SETTINGS = "session.toml"
 RIG = "rig.toml"

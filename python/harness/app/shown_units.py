@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from ehsid.harness.catalogue.channels import CHANNELS
+from ..catalogue.channels import CHANNELS
 
 
 @dataclass(frozen=True)

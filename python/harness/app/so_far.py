@@ -14,10 +14,10 @@ from pathlib import Path
 import msgspec
 import numpy as np
 
-from ehsid.harness.app.downsampling import make_pyramid, store
-from ehsid.harness.encoding import from_json
-from ehsid.harness.files import write_text
-from ehsid.harness.gap.schema import HeldOutRun, Interim, Stage
+from ..encoding import from_json
+from ..files import write_text
+from ..gap.schema import HeldOutRun, Interim, Stage
+from .downsampling import make_pyramid, store
 
 FOLDER, FILE, TIME = "so_far", "so_far.json", "time"
 SIMULATED = ("nominal", "calibrated", "augmented")

@@ -8,17 +8,17 @@ from typing import TYPE_CHECKING
 
 import msgspec
 
-from ehsid.harness.app.jobs import Report
-from ehsid.harness.app.reading import read_log
-from ehsid.harness.app.session import Entry, Session
-from ehsid.harness.app.so_far import forget, keep
-from ehsid.harness.catalogue.channels import COMMAND, POSITION, TIME
-from ehsid.harness.files import result_folder, write_text
-from ehsid.harness.records import CHANNELS, Record, read_record
-from ehsid.harness.rigs import Rig, read_rig
+from ..catalogue.channels import COMMAND, POSITION, TIME
+from ..files import result_folder, write_text
+from ..records import CHANNELS, Record, read_record
+from ..rigs import Rig, read_rig
+from .jobs import Report
+from .reading import read_log
+from .session import Entry, Session
+from .so_far import forget, keep
 
 if TYPE_CHECKING:
-    from ehsid.harness.gap.schema import Stage
+    from ..gap.schema import Stage
 
 REMARKS = "check/remarks.json"
 REQUIRED = (TIME, COMMAND, POSITION)
@@ -43,9 +43,9 @@ def read_task(folder: Path, record_id: str, *, report: Report) -> None:
 
 def check_task(folder: Path, *, report: Report) -> None:
     """Compares rig and records, as `ehsid rig check --out check`, and passes them by the gate."""
-    from ehsid.harness.gap.data.gate import gate
-    from ehsid.harness.report.rig_check_files import files_of, write_rig_check
-    from ehsid.harness.rig_check import check_rig
+    from ..gap.data.gate import gate
+    from ..report.rig_check_files import files_of, write_rig_check
+    from ..rig_check import check_rig
 
     session = Session(folder)
     entries = session.settings.records
@@ -65,10 +65,10 @@ def check_task(folder: Path, *, report: Report) -> None:
 
 def gap_task(folder: Path, *, report: Report) -> None:
     """Diagnoses the gap, as `ehsid gap --out gap`, and keeps what is known so far."""
-    from ehsid.harness.gap import STAGES, Interim, diagnose
-    from ehsid.harness.gap.diagnosis_file import RESULT_FILES
-    from ehsid.harness.records.telling_apart import told_apart
-    from ehsid.harness.report.diagnosis_files import write_diagnosis
+    from ..gap import STAGES, Interim, diagnose
+    from ..gap.diagnosis_file import RESULT_FILES
+    from ..records.telling_apart import told_apart
+    from ..report.diagnosis_files import write_diagnosis
 
     past: list[Stage] = []
 

@@ -10,10 +10,10 @@ from typing import ParamSpec
 
 import panel as pn
 
-from ehsid.harness.app import look
-from ehsid.harness.app.page import argument
-from ehsid.harness.app.workbench import ERRORS, Workbench
-from ehsid.harness.error_words import error_words
+from ..error_words import error_words
+from . import look
+from .page import argument
+from .workbench import ERRORS, Workbench
 
 P = ParamSpec("P")
 

@@ -14,12 +14,12 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
-from ehsid.harness.app.jobs import Job, State, Task
-from ehsid.harness.app.lesson import lesson_task
-from ehsid.harness.app.model_choice import adopt_found
-from ehsid.harness.app.model_tasks import estimate_task, identify_task
-from ehsid.harness.app.next_tasks import PACKAGE, header_task, package_task
-from ehsid.harness.app.session import (
+from .jobs import Job, State, Task
+from .lesson import lesson_task
+from .model_choice import adopt_found
+from .model_tasks import estimate_task, identify_task
+from .next_tasks import PACKAGE, header_task, package_task
+from .session import (
     SETTINGS,
     Entry,
     Session,
@@ -27,7 +27,7 @@ from ehsid.harness.app.session import (
     free_name,
     safe_name,
 )
-from ehsid.harness.app.tasks import check_task, gap_task, read_task
+from .tasks import check_task, gap_task, read_task
 
 if sys.platform != "win32":
     import fcntl

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from types import MappingProxyType
 from typing import NamedTuple
 
-from ehsid.harness.catalogue.spellings import SPELLINGS
+from .spellings import SPELLINGS
 
 TIME = "time_s"
 COMMAND = "command_v"

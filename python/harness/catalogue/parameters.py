@@ -7,7 +7,8 @@ from functools import cache
 from types import MappingProxyType
 
 import ehsid
-from ehsid.harness.catalogue.keys import ParameterKey
+
+from .keys import ParameterKey
 
 # Subsystems that a plant does not have. A motor needs neither valve nor oil. In the linear model,
 # two constants describe the oil completely.

@@ -13,10 +13,11 @@ from typing import Annotated
 import typer
 
 import ehsid
-from ehsid.harness.cli.help_text import examples_text
-from ehsid.harness.cli.lazy import Verb, lazy_group
-from ehsid.harness.cli.many_values import ManyValues
-from ehsid.harness.cli.verbosity import Quiet, Verbose
+
+from .help_text import examples_text
+from .lazy import Verb, lazy_group
+from .many_values import ManyValues
+from .verbosity import Quiet, Verbose
 
 VERBS = (
     Verb(

@@ -11,9 +11,9 @@ from typing import Annotated
 
 import typer
 
-from ehsid.harness.cli.common import refuse
-from ehsid.harness.cli.console import Console
-from ehsid.harness.error_words import install_line
+from ..error_words import install_line
+from .common import refuse
+from .console import Console
 
 MISSING = (
     "the package 'panel', which makes the pages of the workbench, is not installed; install it "
@@ -41,7 +41,7 @@ def app_command(
     """
     if importlib.util.find_spec("panel") is None:
         refuse(MISSING)
-    from ehsid.harness.app.server import serve
+    from ..app.server import serve
 
     console = Console()
 

@@ -7,9 +7,9 @@ from collections.abc import Iterable, Iterator
 
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TimeElapsedColumn
 
-from ehsid.harness.cli.console import Console, PlainColumn
-from ehsid.harness.time_to_go import TimeToGo, in_words
-from ehsid.harness.validation.jobs import Outcome
+from ..time_to_go import TimeToGo, in_words
+from ..validation.jobs import Outcome
+from .console import Console, PlainColumn
 
 
 def shown(

@@ -11,11 +11,11 @@ from typing import TYPE_CHECKING, Any, Literal, NoReturn
 import typer
 from rich.table import Table
 
-from ehsid.harness.error_words import error_words
-from ehsid.harness.text import printable
+from ..error_words import error_words
+from ..text import printable
 
 if TYPE_CHECKING:
-    from ehsid.harness.report.text_table import TextTable
+    from ..report.text_table import TextTable
 
 
 def refuse(message: str) -> NoReturn:
@@ -44,7 +44,7 @@ def check_ending(out: Path) -> None:
     ValueError
         it has another ending, or none.
     """
-    from ehsid.harness.records.formats import FORMATS, format_of
+    from ..records.formats import FORMATS, format_of
 
     try:
         format_of(out)

@@ -6,21 +6,21 @@ from __future__ import annotations
 
 def effect_ids(incomplete: str) -> list[str]:
     """Returns the ids of the catalogue that begin so."""
-    from ehsid.harness.catalogue.parameters import effects
+    from ..catalogue.parameters import effects
 
     return [effect for effect in effects() if effect.startswith(incomplete)]
 
 
 def injected_effects(incomplete: str) -> list[str]:
     """Returns the effects that can be injected into a log and begin so."""
-    from ehsid.harness.simulation.injection.effects import COMMAND, POSITION
+    from ..simulation.injection.effects import COMMAND, POSITION
 
     return [effect for effect in (*COMMAND, *POSITION) if effect.startswith(incomplete)]
 
 
 def effect_sizes(incomplete: str) -> list[str]:
     """Returns EFFECT.PARAMETER= for all parameters of effects that begin so."""
-    from ehsid.harness.catalogue.parameters import effects
+    from ..catalogue.parameters import effects
 
     named = [f"{info.id}.{one.name}=" for info in effects().values() for one in info.parameters]
     return [name for name in named if name.startswith(incomplete)]
@@ -30,7 +30,7 @@ def verdicts(incomplete: str) -> list[str]:
     """Returns the verdicts, the last of several with commas between them."""
     import typing
 
-    from ehsid.harness.gap.schema import Verdict
+    from ..gap.schema import Verdict
 
     before, comma, last = incomplete.rpartition(",")
     words = [*typing.get_args(Verdict), "any"]

@@ -11,10 +11,10 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from ehsid.harness.cli.completing import effect_ids
+from .completing import effect_ids
 
 if TYPE_CHECKING:
-    from ehsid.harness.gap.options import DiagnosisOptions
+    from ..gap.options import DiagnosisOptions
 
 ExcludedEffects = Annotated[
     list[str] | None,
@@ -34,7 +34,7 @@ def diagnosis_options(exclude_effect: ExcludedEffects = None) -> DiagnosisOption
     ValueError
         an option cannot be used.
     """
-    from ehsid.harness.gap.options import DiagnosisOptions
+    from ..gap.options import DiagnosisOptions
 
     return DiagnosisOptions(exclude_effect or ())
 

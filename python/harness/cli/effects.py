@@ -9,9 +9,10 @@ from typing import Any
 import typer
 
 import ehsid
-from ehsid.harness.cli.common import make_table
-from ehsid.harness.cli.console import Console
-from ehsid.harness.cli.options import AsJson
+
+from .common import make_table
+from .console import Console
+from .options import AsJson
 
 # Attributes of an effect and of a parameter in the JSON output, in its order.
 EFFECT_KEYS = (

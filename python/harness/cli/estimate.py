@@ -11,11 +11,13 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from ehsid.harness.cli.common import about, shown_table
-from ehsid.harness.cli.console import Console
-from ehsid.harness.cli.log_options import Maps, SamplingTime, hints_of, read_io
-from ehsid.harness.cli.next_command import Given, export_line, print_next, print_tries
-from ehsid.harness.cli.options import (
+from ..files import result_folder
+from ..report.model_file_names import ESTIMATION_FILES
+from .common import about, shown_table
+from .console import Console
+from .log_options import Maps, SamplingTime, hints_of, read_io
+from .next_command import Given, export_line, print_next, print_tries
+from .options import (
     RECORD_HELP,
     AsJson,
     Delay,
@@ -26,19 +28,17 @@ from ehsid.harness.cli.options import (
     PastOutputs,
     Reset,
 )
-from ehsid.harness.cli.policy_option import (
+from .policy_option import (
     Lambda0,
     PolicyName,
     PolicySettings,
     make_policy,
     policy_words,
 )
-from ehsid.harness.files import result_folder
-from ehsid.harness.report.model_file_names import ESTIMATION_FILES
 
 if TYPE_CHECKING:
-    from ehsid.harness.estimation import Recursion
-    from ehsid.harness.records import Hints
+    from ..estimation import Recursion
+    from ..records import Hints
 
 
 class Method(StrEnum):
@@ -112,10 +112,11 @@ def estimate_command(
     ehsid estimate logs --out results
     """
     import ehsid
-    from ehsid.harness.cli.estimate_folder import estimate_folder, is_folder_of_records
-    from ehsid.harness.estimation import Recursion
-    from ehsid.harness.identification import ArxOrders
-    from ehsid.harness.parallel import single_threaded_algebra
+
+    from ..estimation import Recursion
+    from ..identification import ArxOrders
+    from ..parallel import single_threaded_algebra
+    from .estimate_folder import estimate_folder, is_folder_of_records
 
     hints = hints_of(maps, sampling_time)
     recursion = Recursion(
@@ -146,12 +147,12 @@ def _estimate_record(
     as_json: bool,
 ) -> None:
     """Estimates one record; `policy` is the forgetting as options of the export, None without."""
-    from ehsid.harness.encoding import to_plain
-    from ehsid.harness.estimation import estimate
-    from ehsid.harness.estimation.advice import advise
-    from ehsid.harness.estimation.words import advice_words
-    from ehsid.harness.records.origin import with_reading
-    from ehsid.harness.report.model_tables import (
+    from ..encoding import to_plain
+    from ..estimation import estimate
+    from ..estimation.advice import advise
+    from ..estimation.words import advice_words
+    from ..records.origin import with_reading
+    from ..report.model_tables import (
         estimation_lines,
         parameter_table,
         servo_lines,
@@ -173,7 +174,7 @@ def _estimate_record(
             reset = [] if recursion.reset else ["--no-reset"]
             following = export_line(given, recursion.orders, [*policy, *reset])
         if folder is not None:
-            from ehsid.harness.report.model_files import write_estimation
+            from ..report.model_files import write_estimation
 
             write_estimation(folder, result, data.dt_s, origin, advice)
     if as_json:

@@ -9,19 +9,19 @@ from typing import TYPE_CHECKING
 
 import typer
 
-from ehsid.harness.cli.common import make_table, refuse
-from ehsid.harness.cli.console import Console, note
-from ehsid.harness.cli.log_options import check_signals, show_origin
-from ehsid.harness.cli.progress import progress_of
-from ehsid.harness.files import result_folder
+from ..files import result_folder
+from .common import make_table, refuse
+from .console import Console, note
+from .log_options import check_signals, show_origin
+from .progress import progress_of
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from ehsid.harness.estimation import Estimates, Recursion
-    from ehsid.harness.estimation.spread import Named
-    from ehsid.harness.identification import IoData
-    from ehsid.harness.records import Hints, Origin
+    from ..estimation import Estimates, Recursion
+    from ..estimation.spread import Named
+    from ..identification import IoData
+    from ..records import Hints, Origin
 
 # Records that are in memory at once, and run side by side: as many as the widest registers take.
 BATCH = 16
@@ -47,9 +47,9 @@ def estimate_folder(
     ValueError
         an option cannot be used, the folder has no record, or `out` is the folder itself.
     """
-    from ehsid.harness.records import RecordError
-    from ehsid.harness.records.formats import FOLDER_ENDINGS, records_in
-    from ehsid.harness.report.estimates_page import FILES, write_estimates
+    from ..records import RecordError
+    from ..records.formats import FOLDER_ENDINGS, records_in
+    from ..report.estimates_page import FILES, write_estimates
 
     check_signals(*signals)
     recursion.estimator()  # Settings that do not fit each other are refused once, not by each file.
@@ -72,7 +72,7 @@ def estimate_folder(
         if made is not None:
             write_estimates(found, made)
     if as_json:
-        from ehsid.harness.encoding import json_text
+        from ..encoding import json_text
 
         typer.echo(json_text(found), nl=False)
         return
@@ -85,7 +85,7 @@ def _estimates(
     files: Sequence[Path], signals: tuple[str, str], recursion: Recursion, hints: Hints
 ) -> Estimates:
     """Returns the estimates of all files that can be used; ends the program if none can."""
-    from ehsid.harness.estimation import compare
+    from ..estimation import compare
 
     named: list[Named] = []
     failed: dict[str, str] = {}
@@ -112,10 +112,10 @@ def _batch(
     origins: list[tuple[str, Origin]],
 ) -> list[Named]:
     """Estimates these files; adds messages and what was taken for what in logs, by name."""
-    from ehsid.harness.estimation import estimate_all
-    from ehsid.harness.estimation.spread import Named
-    from ehsid.harness.identification import IdentificationError, IoData
-    from ehsid.harness.records import read_record
+    from ..estimation import estimate_all
+    from ..estimation.spread import Named
+    from ..identification import IdentificationError, IoData
+    from ..records import read_record
 
     data: dict[Path, IoData] = {}
     reading: dict[Path, Origin] = {}
@@ -152,7 +152,7 @@ def _show_origins(origins: Sequence[tuple[str, Origin]]) -> None:
 
 
 def _print(found: Estimates, console: Console) -> None:
-    from ehsid.harness.report.estimates_page import (
+    from ..report.estimates_page import (
         COEFFICIENT_HEADINGS,
         coefficient_rows,
         estimates_lead,

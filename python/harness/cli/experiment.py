@@ -11,12 +11,13 @@ from typing import Annotated
 import typer
 
 import ehsid
-from ehsid.harness.cli.common import refuse
-from ehsid.harness.cli.console import Console, print_points
-from ehsid.harness.cli.log_options import Maps, SamplingTime, hints_of
-from ehsid.harness.cli.options import AsJson, InputColumn, OutputColumn, RigOrPublished
-from ehsid.harness.cli.progress import stages
-from ehsid.harness.files import result_folder
+
+from ..files import result_folder
+from .common import refuse
+from .console import Console, print_points
+from .log_options import Maps, SamplingTime, hints_of
+from .options import AsJson, InputColumn, OutputColumn, RigOrPublished
+from .progress import stages
 
 
 class TrendName(StrEnum):
@@ -63,7 +64,11 @@ def experiment_command(
 
     Example: ehsid experiment --record rec.csv --rig rig.toml --out results
     """
-    from ehsid.harness.cli.experiment_report import (
+    from ..identification import Preprocessing
+    from ..identification.search_range import MOST_DELAY, MOST_ORDER, parse_range
+    from ..rigs import read_rig
+    from ..rigs.published import published_rig
+    from .experiment_report import (
         FILES,
         OFFLINE_SEED,
         Offline,
@@ -71,10 +76,6 @@ def experiment_command(
         redo,
         write_report,
     )
-    from ehsid.harness.identification import Preprocessing
-    from ehsid.harness.identification.search_range import MOST_DELAY, MOST_ORDER, parse_range
-    from ehsid.harness.rigs import read_rig
-    from ehsid.harness.rigs.published import published_rig
 
     began = time.monotonic()
     offline = Offline(

@@ -10,30 +10,30 @@ from pathlib import Path
 from typing import Any
 
 import ehsid
-from ehsid.harness.cli.log_options import read_shown
-from ehsid.harness.encoding import to_plain
-from ehsid.harness.files import write_text
-from ehsid.harness.identification import ArxOrders, IoData, Preprocessing, fit_arx
-from ehsid.harness.records import NO_HINTS, Hints, Record
-from ehsid.harness.records.origin import with_reading
-from ehsid.harness.report.page import Page, Picture, Section, write_page, write_pictures
-from ehsid.harness.report.reading_section import reading_section
-from ehsid.harness.report.record_figure import record_figure
-from ehsid.harness.rigs import Rig
-from ehsid.harness.studies.convergence import Starts, compare_starts
-from ehsid.harness.studies.evidence import median_interval
-from ehsid.harness.studies.experiment import (
+
+from ..encoding import to_plain
+from ..files import write_text
+from ..identification import ArxOrders, IoData, Preprocessing, fit_arx
+from ..records import NO_HINTS, Hints, Record
+from ..records.origin import with_reading
+from ..report.page import Page, Picture, Section, write_page, write_pictures
+from ..report.reading_section import reading_section
+from ..report.record_figure import record_figure
+from ..rigs import Rig
+from ..studies.convergence import Starts, compare_starts
+from ..studies.evidence import median_interval
+from ..studies.experiment import (
     judge_claims,
     run_on_known_plant,
     run_on_record,
     run_on_rig,
     same_direction,
 )
-from ehsid.harness.studies.linearisation import small_signal_response
-from ehsid.harness.studies.noises import on_noisy_sensor
-from ehsid.harness.studies.pages.claims_map import claims_picture
-from ehsid.harness.studies.pages.claims_sections import claims_sections, verdict_lead
-from ehsid.harness.studies.pages.experiment_files import (
+from ..studies.linearisation import small_signal_response
+from ..studies.noises import on_noisy_sensor
+from ..studies.pages.claims_map import claims_picture
+from ..studies.pages.claims_sections import claims_sections, verdict_lead
+from ..studies.pages.experiment_files import (
     claim_rows,
     csv_text,
     orders_table,
@@ -41,19 +41,20 @@ from ehsid.harness.studies.pages.experiment_files import (
     plain_runs,
     reset_rows,
 )
-from ehsid.harness.studies.pages.offline_model_blocks import outputs_picture
-from ehsid.harness.studies.pages.offline_sections import offline_sections
-from ehsid.harness.studies.pages.recursive_sections import (
+from ..studies.pages.offline_model_blocks import outputs_picture
+from ..studies.pages.offline_sections import offline_sections
+from ..studies.pages.recursive_sections import (
     known_plant_sections,
     record_sections,
     rig_sections,
 )
-from ehsid.harness.studies.pages.seeding_section import seeding_section
-from ehsid.harness.studies.pages.sensor_section import plain_sensor, sensor_section
-from ehsid.harness.studies.procedure import Procedure, run_procedure
-from ehsid.harness.studies.published import DT_S, ORDERS, SOURCE
-from ehsid.harness.studies.recursive import noise_for_fit
-from ehsid.harness.studies.rig_records import rig_record
+from ..studies.pages.seeding_section import seeding_section
+from ..studies.pages.sensor_section import plain_sensor, sensor_section
+from ..studies.procedure import Procedure, run_procedure
+from ..studies.published import DT_S, ORDERS, SOURCE
+from ..studies.recursive import noise_for_fit
+from ..studies.rig_records import rig_record
+from .log_options import read_shown
 
 # Seed of the record for the offline half. The runs of the recursive half have seeds from 0 on.
 OFFLINE_SEED = 1000

@@ -9,29 +9,29 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from ehsid.harness.catalogue.policies import POLICIES
-from ehsid.harness.cli.common import about
-from ehsid.harness.cli.console import Console, note
-from ehsid.harness.cli.log_options import Maps, SamplingTime, hints_of, read_io
-from ehsid.harness.cli.next_command import Given, estimate_line
-from ehsid.harness.cli.options import InputColumn, Offset, OutputColumn, RecordFile, Reset
-from ehsid.harness.cli.policy_option import (
+from ..catalogue.policies import POLICIES
+from ..files import result_files, write_text
+from .common import about
+from .console import Console, note
+from .log_options import Maps, SamplingTime, hints_of, read_io
+from .next_command import Given, estimate_line
+from .options import InputColumn, Offset, OutputColumn, RecordFile, Reset
+from .policy_option import (
     Lambda0,
     PolicyName,
     PolicySettings,
     make_policy,
     read_settings,
 )
-from ehsid.harness.files import result_files, write_text
 
 if TYPE_CHECKING:
-    from ehsid.harness.identification import ArxOrders, IoData
+    from ..identification import ArxOrders, IoData
 
 
 def _orders(data: IoData, given: tuple[int | None, ...], choose: bool, offset: bool) -> ArxOrders:
     """Returns the given orders (default 3, 3, 1) or those that offline identification chooses."""
-    from ehsid.harness.deploy.export import chosen_orders
-    from ehsid.harness.identification import ArxOrders
+    from ..deploy.export import chosen_orders
+    from ..identification import ArxOrders
 
     if choose:
         return chosen_orders(data, offset=offset)
@@ -107,7 +107,7 @@ def export_command(
     Example: ehsid export rec.csv --na 3 --nb 3 --nk 1 --out servo_configuration.hpp
     Example: ehsid export rec.csv --servo --out servo_configuration.hpp
     """
-    from ehsid.harness.deploy.export import (
+    from ..deploy.export import (
         FILE_NAMES,
         check_name,
         header_of_record,

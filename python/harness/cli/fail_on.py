@@ -9,7 +9,7 @@ from typing import Annotated
 
 import typer
 
-from ehsid.harness.cli.completing import verdicts
+from .completing import verdicts
 
 EXIT_CODE = 3
 ANY = "any"
@@ -36,8 +36,8 @@ def failing_verdicts(text: str | None) -> frozenset[str]:
     """
     if text is None:
         return frozenset()
-    from ehsid.harness.gap.schema import Verdict
-    from ehsid.harness.records.errors import nearest_name
+    from ..gap.schema import Verdict
+    from ..records.errors import nearest_name
 
     known: tuple[str, ...] = typing.get_args(Verdict)
     found: set[str] = set()

@@ -11,22 +11,22 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from ehsid.harness.catalogue.channels import CHANNELS, POSITION, REQUIRED_COLUMNS
-from ehsid.harness.cli.console import Console
-from ehsid.harness.cli.diagnosis_options import with_diagnosis_options
-from ehsid.harness.cli.fail_on import FailOn, fail_if, failing_verdicts
-from ehsid.harness.cli.log_options import Maps, SamplingTime, hints_of, read_shown
-from ehsid.harness.cli.options import RECORD_HELP, AsJson, RigFile
-from ehsid.harness.cli.progress import progress_of
-from ehsid.harness.cli.workers import Workers
-from ehsid.harness.files import result_folder
-from ehsid.harness.parallel import workers as using
-from ehsid.harness.records import NO_HINTS, Hints, Record
-from ehsid.harness.records.telling_apart import told_apart
-from ehsid.harness.rigs import Rig, read_rig
+from ..catalogue.channels import CHANNELS, POSITION, REQUIRED_COLUMNS
+from ..files import result_folder
+from ..parallel import workers as using
+from ..records import NO_HINTS, Hints, Record
+from ..records.telling_apart import told_apart
+from ..rigs import Rig, read_rig
+from .console import Console
+from .diagnosis_options import with_diagnosis_options
+from .fail_on import FailOn, fail_if, failing_verdicts
+from .log_options import Maps, SamplingTime, hints_of, read_shown
+from .options import RECORD_HELP, AsJson, RigFile
+from .progress import progress_of
+from .workers import Workers
 
 if TYPE_CHECKING:
-    from ehsid.harness.gap.options import DiagnosisOptions
+    from ..gap.options import DiagnosisOptions
 
 NEEDED_COLUMNS = (*REQUIRED_COLUMNS, POSITION)
 
@@ -72,10 +72,10 @@ def gap_command(
 
     ehsid gap run1.csv --rig rig.toml --out diagnosis --fail-on effects,ambiguous
     """
-    from ehsid.harness.cli.gap_summary import print_diagnosis
-    from ehsid.harness.gap import STAGES, diagnose
-    from ehsid.harness.gap.data.gate import how_read
-    from ehsid.harness.gap.diagnosis_file import RESULT_FILES
+    from ..gap import STAGES, diagnose
+    from ..gap.data.gate import how_read
+    from ..gap.diagnosis_file import RESULT_FILES
+    from .gap_summary import print_diagnosis
 
     failing = failing_verdicts(fail_on)
     with result_folder(out, "gap", RESULT_FILES, [*records, *(validate or []), rig_file]) as folder:
@@ -97,7 +97,7 @@ def gap_command(
                 begun=lambda stage: progress.stage(STAGES[stage]),
             )
             progress.stage("writing the report")
-        from ehsid.harness.report.diagnosis_files import write_diagnosis
+        from ..report.diagnosis_files import write_diagnosis
 
         write_diagnosis(folder, diagnosis, named, str(rig_file))
     if as_json:

@@ -8,15 +8,15 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from ehsid.harness.cli.console import Console
-from ehsid.harness.cli.options import AsJson
-from ehsid.harness.cli.progress import stages
-from ehsid.harness.cli.workers import Workers
-from ehsid.harness.files import result_folder
-from ehsid.harness.parallel import workers as using
+from ..files import result_folder
+from ..parallel import workers as using
+from .console import Console
+from .options import AsJson
+from .progress import stages
+from .workers import Workers
 
 if TYPE_CHECKING:
-    from ehsid.harness.validation.calibration.reading import Found
+    from ..validation.calibration.reading import Found
 
 
 def machines_of(checks: list[Path], features: list[Path]) -> Found:
@@ -27,8 +27,8 @@ def machines_of(checks: list[Path], features: list[Path]) -> Found:
     ValueError
         nothing is given, nothing is finished, a machine occurs twice, or a file cannot be read.
     """
-    from ehsid.harness.validation.calibration.features import read_features
-    from ehsid.harness.validation.calibration.reading import Found, distinct, read_checks
+    from ..validation.calibration.features import read_features
+    from ..validation.calibration.reading import Found, distinct, read_checks
 
     if not checks and not features:
         raise ValueError(
@@ -75,14 +75,14 @@ def gap_calibrate_command(
 
     Example: ehsid gap-calibrate check1 check2 --out calibration
     """
-    from ehsid.harness.report.calibration_page import (
+    from ..report.calibration_page import (
         FILES,
         JSON,
         PAGE,
         calibration_lead,
         write_calibration,
     )
-    from ehsid.harness.validation.calibration.checking import calibrate
+    from ..validation.calibration.checking import calibrate
 
     with result_folder(out, "gap-calibrate", FILES, inputs=features or ()) as folder:
         with using(workers):

@@ -9,19 +9,20 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 import ehsid
-from ehsid.harness.cli.common import refuse
-from ehsid.harness.cli.console import Console, note
-from ehsid.harness.cli.options import AsJson
-from ehsid.harness.cli.progress import progress_of
-from ehsid.harness.cli.workers import Dask, Workers, on
-from ehsid.harness.files import is_incomplete, result_folder
-from ehsid.harness.parallel import workers as using
-from ehsid.harness.validation.blind.making import RESULT, make_check
-from ehsid.harness.validation.blind.seal import SEAL, Seal, verify
-from ehsid.harness.validation.blind.settings import EXCITATIONS, GRADES, SENSORS, Settings
+
+from ..files import is_incomplete, result_folder
+from ..parallel import workers as using
+from ..validation.blind.making import RESULT, make_check
+from ..validation.blind.seal import SEAL, Seal, verify
+from ..validation.blind.settings import EXCITATIONS, GRADES, SENSORS, Settings
+from .common import refuse
+from .console import Console, note
+from .options import AsJson
+from .progress import progress_of
+from .workers import Dask, Workers, on
 
 if TYPE_CHECKING:
-    from ehsid.harness.validation.scoring.score import Score
+    from ..validation.scoring.score import Score
 
 
 def made_or_found(out: Path, given: dict[str, Any], workers: int | None) -> Seal:
@@ -54,9 +55,9 @@ def made_or_found(out: Path, given: dict[str, Any], workers: int | None) -> Seal
 
 def run_cases(out: Path, seal: Seal, dask: str | None, workers: int | None) -> None:
     """Runs the diagnosis on all cases of a check that have no result yet."""
-    from ehsid.harness.cli.case_progress import shown
-    from ehsid.harness.gap import diagnose
-    from ehsid.harness.validation.blind.running import run_check, unfinished_cases
+    from ..gap import diagnose
+    from ..validation.blind.running import run_check, unfinished_cases
+    from .case_progress import shown
 
     todo, count = len(unfinished_cases(out)), seal.settings.count
     if not todo:
@@ -109,7 +110,7 @@ def gap_check_command(
 
     Example: ehsid gap-check --out check --count 40 --seed 5
     """
-    from ehsid.harness.report.check_page import FILES
+    from ..report.check_page import FILES
 
     given = {
         "count": count,
@@ -139,8 +140,8 @@ def _score(out: Path, folder: Path, workers: int | None) -> Score:
 
     `verify` runs again first, because the files could have changed during the run.
     """
-    from ehsid.harness.report.check_page import write_page
-    from ehsid.harness.validation.scoring.score import score_folder
+    from ..report.check_page import write_page
+    from ..validation.scoring.score import score_folder
 
     verify(out)
     with progress_of("scoring") as progress, using(workers):
@@ -150,8 +151,8 @@ def _score(out: Path, folder: Path, workers: int | None) -> Score:
 
 
 def _print(score: Score, page: Path, console: Console) -> None:
-    from ehsid.harness.report.check_words import lead
-    from ehsid.harness.time_to_go import in_words
+    from ..report.check_words import lead
+    from ..time_to_go import in_words
 
     for sentence in lead(score):
         console.print(sentence)

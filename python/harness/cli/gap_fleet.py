@@ -12,23 +12,23 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from ehsid.harness.cli.common import make_table, refuse
-from ehsid.harness.cli.console import Console, note
-from ehsid.harness.cli.diagnosis_options import with_diagnosis_options
-from ehsid.harness.cli.fail_on import ANY, FailOn, fail_if, failing_verdicts
-from ehsid.harness.cli.gap import read_for
-from ehsid.harness.cli.log_options import Maps, SamplingTime, hints_of
-from ehsid.harness.cli.options import AsJson
-from ehsid.harness.cli.workers import Dask, Workers, on
-from ehsid.harness.files import check_result_folder, result_folder
-from ehsid.harness.records import NO_HINTS, Hints
-from ehsid.harness.records.telling_apart import told_apart
-from ehsid.harness.rigs import read_rig
+from ..files import check_result_folder, result_folder
+from ..records import NO_HINTS, Hints
+from ..records.telling_apart import told_apart
+from ..rigs import read_rig
+from .common import make_table, refuse
+from .console import Console, note
+from .diagnosis_options import with_diagnosis_options
+from .fail_on import ANY, FailOn, fail_if, failing_verdicts
+from .gap import read_for
+from .log_options import Maps, SamplingTime, hints_of
+from .options import AsJson
+from .workers import Dask, Workers, on
 
 if TYPE_CHECKING:
-    from ehsid.harness.gap.options import DiagnosisOptions
-    from ehsid.harness.validation.fleet.ranking import Fleet
-    from ehsid.harness.validation.jobs import Job
+    from ..gap.options import DiagnosisOptions
+    from ..validation.fleet.ranking import Fleet
+    from ..validation.jobs import Job
 
 MOST_LINES = 20
 LOGGER = logging.getLogger("ehsid")
@@ -44,8 +44,8 @@ def read_machine(folder: Path, hints: Hints = NO_HINTS) -> Job:
     ValueError, OSError
         a file is missing or cannot be used.
     """
-    from ehsid.harness.validation.fleet.running import RIG, record_files
-    from ehsid.harness.validation.jobs import Job
+    from ..validation.fleet.running import RIG, record_files
+    from ..validation.jobs import Job
 
     fitted, held_out = record_files(folder)
     rig = read_rig(folder / RIG)
@@ -68,9 +68,9 @@ def check_results(folder: Path, out: Path, machines: Sequence[Path]) -> None:
         `out` or the place of a result lies in `folder`, where the next run would take it for a
         machine or a record; or a file that is not of an earlier result is in the way.
     """
-    from ehsid.harness.gap.diagnosis_file import RESULT_FILES
-    from ehsid.harness.validation.fleet.running import INPUTS
-    from ehsid.harness.validation.jobs import ERROR, RESULT
+    from ..gap.diagnosis_file import RESULT_FILES
+    from ..validation.fleet.running import INPUTS
+    from ..validation.jobs import ERROR, RESULT
 
     for place in (out, *(out / machine.name for machine in machines)):
         if place.resolve().is_relative_to(folder.resolve()):
@@ -108,16 +108,16 @@ def gap_fleet_command(
 
     ehsid gap-fleet machines --out results --fail-on any --quiet
     """
-    from ehsid.harness.cli.case_progress import shown
-    from ehsid.harness.gap import diagnose
-    from ehsid.harness.report.diagnosis_files import write_diagnosis
-    from ehsid.harness.report.fleet_page import FILES, write_fleet
-    from ehsid.harness.validation.fleet.ranking import read_fleet
-    from ehsid.harness.validation.fleet.running import (
+    from ..gap import diagnose
+    from ..report.diagnosis_files import write_diagnosis
+    from ..report.fleet_page import FILES, write_fleet
+    from ..validation.fleet.ranking import read_fleet
+    from ..validation.fleet.running import (
         machine_folders,
         run_fleet,
         unfinished_machines,
     )
+    from .case_progress import shown
 
     failing = failing_verdicts(fail_on)
     folders, refused = [], {}
@@ -170,8 +170,8 @@ def _found(fleet: Fleet, failing: frozenset[str]) -> list[str]:
 
 
 def _print(fleet: Fleet, page: Path, console: Console) -> None:
-    from ehsid.harness.report.fleet_page import fleet_lead, verdict_text
-    from ehsid.harness.report.shares import percent
+    from ..report.fleet_page import fleet_lead, verdict_text
+    from ..report.shares import percent
 
     for sentence in fleet_lead(fleet):
         console.print(sentence)

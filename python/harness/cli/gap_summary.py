@@ -6,12 +6,12 @@ from __future__ import annotations
 from collections.abc import Collection
 from pathlib import Path
 
-from ehsid.harness.cli.common import shown_table
-from ehsid.harness.cli.console import Console, print_points
-from ehsid.harness.gap.schema import Diagnosis, Remark
-from ehsid.harness.report.gap_brief import brief_tables, told_reasons, told_remarks
-from ehsid.harness.report.gap_words import VERDICTS, effect_set, plain_name
-from ehsid.harness.report.shares import percent
+from ..gap.schema import Diagnosis, Remark
+from ..report.gap_brief import brief_tables, told_reasons, told_remarks
+from ..report.gap_words import VERDICTS, effect_set, plain_name
+from ..report.shares import percent
+from .common import shown_table
+from .console import Console, print_points
 
 
 def print_diagnosis(

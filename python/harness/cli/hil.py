@@ -13,8 +13,10 @@ from typing import Annotated
 import typer
 
 import ehsid
-from ehsid.harness.cli.console import Console
-from ehsid.harness.cli.options import (
+
+from ..files import free_folder, result_folder
+from .console import Console
+from .options import (
     AsJson,
     Delay,
     HilLoop,
@@ -23,8 +25,7 @@ from ehsid.harness.cli.options import (
     RigOrPublished,
     SignalName,
 )
-from ehsid.harness.cli.policy_option import Lambda0, PolicyName, PolicySettings, make_policy
-from ehsid.harness.files import free_folder, result_folder
+from .policy_option import Lambda0, PolicyName, PolicySettings, make_policy
 
 
 def hil_command(
@@ -108,25 +109,25 @@ def hil_command(
 
     Example: ehsid hil --port /dev/ttyACM0 --rig rig.toml --loop position --real-time
     """
-    from ehsid.harness.cli.hil_runs import (
+    from ..deploy.hil.loop import LoopRun
+    from ..deploy.hil.plan import WATCHDOG_MS
+    from ..deploy.hil.result_file import Provenance
+    from ..deploy.hil.session import Session
+    from ..deploy.hil.transport import open_line
+    from ..encoding import json_text
+    from ..identification import ArxOrders
+    from ..report.hil_files import UNFINISHED, copy_samples, file_names
+    from ..rigs import read_rig
+    from ..rigs.published import published_rig
+    from ..simulation import parse_settings
+    from ..simulation.signal_options import SignalOptions
+    from .hil_runs import (
         HilOptions,
         run_all,
         show,
         target,
         write_all,
     )
-    from ehsid.harness.deploy.hil.loop import LoopRun
-    from ehsid.harness.deploy.hil.plan import WATCHDOG_MS
-    from ehsid.harness.deploy.hil.result_file import Provenance
-    from ehsid.harness.deploy.hil.session import Session
-    from ehsid.harness.deploy.hil.transport import open_line
-    from ehsid.harness.encoding import json_text
-    from ehsid.harness.identification import ArxOrders
-    from ehsid.harness.report.hil_files import UNFINISHED, copy_samples, file_names
-    from ehsid.harness.rigs import read_rig
-    from ehsid.harness.rigs.published import published_rig
-    from ehsid.harness.simulation import parse_settings
-    from ehsid.harness.simulation.signal_options import SignalOptions
 
     began = time.monotonic()
     if not 0.0 < dt < math.inf:

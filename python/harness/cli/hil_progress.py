@@ -13,11 +13,12 @@ from contextlib import contextmanager
 from rich.progress import BarColumn, MofNCompleteColumn, Progress
 
 import ehsid
-from ehsid.harness.cli.console import Console, PlainColumn
-from ehsid.harness.cli.progress import LeftColumn, left_words
-from ehsid.harness.deploy.hil.answers import Result
-from ehsid.harness.deploy.hil.session import Counters
-from ehsid.harness.time_to_go import TimeToGo
+
+from ..deploy.hil.answers import Result
+from ..deploy.hil.session import Counters
+from ..time_to_go import TimeToGo
+from .console import Console, PlainColumn
+from .progress import LeftColumn, left_words
 
 LINE_EVERY_S = 10.0
 BAR_EVERY_S = 0.1

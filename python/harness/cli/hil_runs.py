@@ -8,28 +8,28 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
-from ehsid.harness.cli.common import make_table
-from ehsid.harness.cli.console import Console, print_points
-from ehsid.harness.cli.hil_progress import live
-from ehsid.harness.cli.options import HilLoop
-from ehsid.harness.deploy.hil.answers import Identity
-from ehsid.harness.deploy.hil.comparison import compare
-from ehsid.harness.deploy.hil.emulator import emulated
-from ehsid.harness.deploy.hil.errors import HilError
-from ehsid.harness.deploy.hil.loop import LoopRun, with_machine
-from ehsid.harness.deploy.hil.plan import Plan
-from ehsid.harness.deploy.hil.recording import Recording
-from ehsid.harness.deploy.hil.result_file import HilFile, Provenance, Run, Runs
-from ehsid.harness.deploy.hil.run import run_plan
-from ehsid.harness.deploy.hil.session import Session
-from ehsid.harness.report.hil_files import REPORTS, write_reports
-from ehsid.harness.report.hil_page import lead
-from ehsid.harness.rigs import Rig
-from ehsid.harness.simulation import suggested_controller
-from ehsid.harness.simulation.outputs import OUTPUTS_OF
-from ehsid.harness.studies.pages.recursive_sections import published_table
-from ehsid.harness.studies.published import SOURCE
-from ehsid.harness.studies.target_plans import experiment_plans
+from ..deploy.hil.answers import Identity
+from ..deploy.hil.comparison import compare
+from ..deploy.hil.emulator import emulated
+from ..deploy.hil.errors import HilError
+from ..deploy.hil.loop import LoopRun, with_machine
+from ..deploy.hil.plan import Plan
+from ..deploy.hil.recording import Recording
+from ..deploy.hil.result_file import HilFile, Provenance, Run, Runs
+from ..deploy.hil.run import run_plan
+from ..deploy.hil.session import Session
+from ..report.hil_files import REPORTS, write_reports
+from ..report.hil_page import lead
+from ..rigs import Rig
+from ..simulation import suggested_controller
+from ..simulation.outputs import OUTPUTS_OF
+from ..studies.pages.recursive_sections import published_table
+from ..studies.published import SOURCE
+from ..studies.target_plans import experiment_plans
+from .common import make_table
+from .console import Console, print_points
+from .hil_progress import live
+from .options import HilLoop
 
 
 @dataclass(frozen=True)

@@ -10,13 +10,13 @@ from typing import Annotated
 
 import typer
 
-from ehsid.harness.cli.common import about, shown_table
-from ehsid.harness.cli.console import Console
-from ehsid.harness.cli.log_options import Maps, SamplingTime, hints_of, read_io
-from ehsid.harness.cli.next_command import Given, estimate_line, print_next
-from ehsid.harness.cli.options import AsJson, InputColumn, OutputColumn, RecordFile
-from ehsid.harness.files import result_folder
-from ehsid.harness.report.model_file_names import IDENTIFICATION_FILES
+from ..files import result_folder
+from ..report.model_file_names import IDENTIFICATION_FILES
+from .common import about, shown_table
+from .console import Console
+from .log_options import Maps, SamplingTime, hints_of, read_io
+from .next_command import Given, estimate_line, print_next
+from .options import AsJson, InputColumn, OutputColumn, RecordFile
 
 
 def identify_command(
@@ -38,11 +38,11 @@ def identify_command(
 
     ehsid identify log.mf4 --map "command_v=Valve" --map "position_m=Stroke \[mm]"
     """
-    from ehsid.harness.identification import identify
-    from ehsid.harness.identification.search_range import MOST_DELAY, MOST_ORDER, parse_range
-    from ehsid.harness.records.origin import with_reading
-    from ehsid.harness.report.dynamics_tables import model_table, root_table, servo_lines
-    from ehsid.harness.report.model_tables import candidate_table, identification_lines
+    from ..identification import identify
+    from ..identification.search_range import MOST_DELAY, MOST_ORDER, parse_range
+    from ..records.origin import with_reading
+    from ..report.dynamics_tables import model_table, root_table, servo_lines
+    from ..report.model_tables import candidate_table, identification_lines
 
     with (
         nullcontext()
@@ -59,7 +59,7 @@ def identify_command(
         following = estimate_line(given, result.chosen.orders)
         lines = identification_lines(result)
         if folder is not None:
-            from ehsid.harness.report.model_files import write_identification
+            from ..report.model_files import write_identification
 
             lines.append(write_identification(folder, result, data, origin))
     if as_json:

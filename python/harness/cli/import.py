@@ -10,13 +10,13 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from ehsid.harness.cli.console import Console
-from ehsid.harness.cli.log_options import Maps, SamplingTime, hints_of, show_origin
-from ehsid.harness.cli.options import AsJson, RecordFile
-from ehsid.harness.files import result_files
+from ..files import result_files
+from .console import Console
+from .log_options import Maps, SamplingTime, hints_of, show_origin
+from .options import AsJson, RecordFile
 
 if TYPE_CHECKING:
-    from ehsid.harness.records import Record
+    from ..records import Record
 
 
 def _summary(record: Record) -> dict[str, Any]:
@@ -65,9 +65,9 @@ def import_command(
 
     ehsid import run.txt --map "position_m=Stroke \[mm]" --dt 0.001 --out run.parquet
     """
-    from ehsid.harness.records import read_record
-    from ehsid.harness.records.formats import format_of
-    from ehsid.harness.records.writing import record_bytes
+    from ..records import read_record
+    from ..records.formats import format_of
+    from ..records.writing import record_bytes
 
     placing: AbstractContextManager[Path | None] = nullcontext()
     if out is not None:

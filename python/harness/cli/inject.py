@@ -8,19 +8,19 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from ehsid.harness.cli.common import check_ending
-from ehsid.harness.cli.completing import injected_effects
-from ehsid.harness.cli.console import Console
-from ehsid.harness.cli.log_options import Maps, SamplingTime, hints_of, read_shown
-from ehsid.harness.cli.options import RECORD_HELP, AsJson
-from ehsid.harness.files import result_files
+from ..files import result_files
+from .common import check_ending
+from .completing import injected_effects
+from .console import Console
+from .log_options import Maps, SamplingTime, hints_of, read_shown
+from .options import RECORD_HELP, AsJson
 
 if TYPE_CHECKING:
-    from ehsid.harness.simulation.injection import Answer
+    from ..simulation.injection import Answer
 
 
 def _print(answer: Answer, out: Path, console: Console) -> None:
-    from ehsid.harness.simulation.injection import answer_path
+    from ..simulation.injection import answer_path
 
     for effect, sizes in answer.put_in.items():
         text = ", ".join(f"{name} {value:g}" for name, value in sizes.items())
@@ -68,10 +68,10 @@ def inject_command(
     Example: ehsid inject run.csv --rig rig.toml --effect valve_dead_band --set overlap=0.04
     --out run_dead_band.csv
     """
-    from ehsid.harness.catalogue.channels import POSITION, REQUIRED_COLUMNS
-    from ehsid.harness.cli.inject_sizes import parse_sizes
-    from ehsid.harness.rigs import read_rig
-    from ehsid.harness.simulation.injection import answer_path, inject, write_injected
+    from ..catalogue.channels import POSITION, REQUIRED_COLUMNS
+    from ..rigs import read_rig
+    from ..simulation.injection import answer_path, inject, write_injected
+    from .inject_sizes import parse_sizes
 
     check_ending(out)
     beside = [answer_path(out).name]

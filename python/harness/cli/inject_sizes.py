@@ -6,8 +6,8 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
-from ehsid.harness.records.errors import nearest_name
-from ehsid.harness.simulation.injection import InjectError, injectable
+from ..records.errors import nearest_name
+from ..simulation.injection import InjectError, injectable
 
 
 def parse_sizes(

@@ -14,12 +14,12 @@ from typing import Any
 import typer
 from typer.core import TyperCommand, TyperGroup
 
-from ehsid.harness.cli.common import refuse
-from ehsid.harness.cli.help_text import examples_text, help_text
-from ehsid.harness.cli.usage import UsageError, usage_message
-from ehsid.harness.cli.verbosity import LOGGER, with_verbosity
-from ehsid.harness.error_words import error_words, fault_words
-from ehsid.harness.text import printable
+from ..error_words import error_words, fault_words
+from ..text import printable
+from .common import refuse
+from .help_text import examples_text, help_text
+from .usage import UsageError, usage_message
+from .verbosity import LOGGER, with_verbosity
 
 
 @dataclass(frozen=True)
@@ -158,7 +158,7 @@ def lazy_group(
         def resolve_command(self, ctx: Any, args: list[str]) -> Any:
             """Returns the command that the first argument names."""
             if args and args[0] not in self.commands and not args[0].startswith("-"):
-                from ehsid.harness.records.errors import nearest_name
+                from ..records.errors import nearest_name
 
                 nearest = nearest_name(args[0], self.commands)
                 hint = f"did you mean '{nearest}'? There are" if nearest else "expected one of"

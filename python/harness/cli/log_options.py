@@ -11,13 +11,13 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from ehsid.harness.cli.common import make_table
-from ehsid.harness.cli.console import Console
+from .common import make_table
+from .console import Console
 
 if TYPE_CHECKING:
-    from ehsid.harness.identification import IoData
-    from ehsid.harness.records import Hints, Layout, Record
-    from ehsid.harness.records.origin import Origin
+    from ..identification import IoData
+    from ..records import Hints, Layout, Record
+    from ..records.origin import Origin
 
 LOGGER = logging.getLogger("ehsid")
 
@@ -49,13 +49,13 @@ def hints_of(maps: Sequence[str] | None, dt_s: float | None) -> Hints:
     ValueError
         an option cannot be read.
     """
-    from ehsid.harness.records import NO_HINTS, Hints
+    from ..records import NO_HINTS, Hints
 
     if dt_s is not None and not 0.0 < dt_s < float("inf"):
         raise ValueError(f"--dt {dt_s:g}: expected a sampling time in seconds, above 0")
     if not maps:
         return Hints(dt_s=dt_s) if dt_s is not None else NO_HINTS
-    from ehsid.harness.records.logs.mapping import parse_maps
+    from ..records.logs.mapping import parse_maps
 
     return Hints(parse_maps(maps), dt_s)
 
@@ -69,7 +69,7 @@ def read_shown(
     layout: Layout | None = None,
 ) -> Record:
     """Reads a record, and shows on stderr what was taken for what in a log of another layout."""
-    from ehsid.harness.records import read_record
+    from ..records import read_record
 
     record = read_record(path, columns=columns, required=required, layout=layout or {}, hints=hints)
     show_read(record, path)
@@ -91,7 +91,7 @@ def check_signals(input_name: str, output_name: str) -> None:
     ValueError
         the two options name the same column, or the time.
     """
-    from ehsid.harness.catalogue.channels import TIME
+    from ..catalogue.channels import TIME
 
     for option, name in (("--input", input_name), ("--output", output_name)):
         if name == TIME:
@@ -118,9 +118,9 @@ def read_io(
     ValueError
         the two options name the same column, or the time; or the record has a problem.
     """
-    from ehsid.harness.catalogue.channels import CHANNELS
-    from ehsid.harness.identification import IoData
-    from ehsid.harness.records.errors import MisnamedColumnError
+    from ..catalogue.channels import CHANNELS
+    from ..identification import IoData
+    from ..records.errors import MisnamedColumnError
 
     check_signals(input_name, output_name)
     try:

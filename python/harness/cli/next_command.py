@@ -10,11 +10,11 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from ehsid.harness.catalogue.channels import COMMAND, POSITION
-from ehsid.harness.cli.console import Console, print_points
+from ..catalogue.channels import COMMAND, POSITION
+from .console import Console, print_points
 
 if TYPE_CHECKING:
-    from ehsid.harness.identification import ArxOrders
+    from ..identification import ArxOrders
 
 # Of the estimator that is compiled: see the options --na, --nb and --nk.
 MOST_ORDER, MOST_DELAY = 6, 20

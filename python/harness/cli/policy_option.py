@@ -10,7 +10,8 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 import ehsid
-from ehsid.harness.catalogue.policies import POLICIES
+
+from ..catalogue.policies import POLICIES
 
 # The setting that --lambda0 stands for, by the name of the policy.
 LAMBDA0 = {"constant": "lambda_", "exponential": "lambda0"}

@@ -13,8 +13,8 @@ from typing import Any
 from rich.progress import BarColumn, Progress, ProgressColumn, TaskID, TaskProgressColumn
 from rich.text import Text
 
-from ehsid.harness.cli.console import Console, PlainColumn
-from ehsid.harness.time_to_go import TimeToGo, in_words
+from ..time_to_go import TimeToGo, in_words
+from .console import Console, PlainColumn
 
 QUICK_S = 2.0
 LINE_EVERY_S = 10.0

@@ -10,16 +10,16 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from ehsid.harness.cli.common import make_table, refuse
-from ehsid.harness.cli.console import Console
-from ehsid.harness.files import result_files, write_text
-from ehsid.harness.rigs.questions import EXAMPLES, QUESTIONS, Question, help_of
+from ..files import result_files, write_text
+from ..rigs.questions import EXAMPLES, QUESTIONS, Question, help_of
+from .common import make_table, refuse
+from .console import Console
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from ehsid.harness.rigs.new import Entry
-    from ehsid.harness.rigs.quantities import Quantity
+    from ..rigs.new import Entry
+    from ..rigs.quantities import Quantity
 
 
 class PlantKind(StrEnum):
@@ -43,7 +43,7 @@ def _option(name: str) -> typer.models.OptionInfo:
 
 def _asked(question: Question, console: Console) -> Quantity | None:
     """Asks until the answer can be read; None for an empty one that is allowed."""
-    from ehsid.harness.rigs.quantities import read_quantity
+    from ..rigs.quantities import read_quantity
 
     console.print(f"\n{question.words}", style="bold", end="")
     console.print(f": {question.why}" if question.why else "")
@@ -88,7 +88,7 @@ def _known(
     ValueError
         an option cannot be read or is of another plant, or one that is needed is missing.
     """
-    from ehsid.harness.rigs.quantities import read_quantity
+    from ..rigs.quantities import read_quantity
 
     questions = QUESTIONS[plant.value]
     known = {}
@@ -124,7 +124,7 @@ def _of_one_edge(
     known: dict[str, Quantity], over: DropOver | None, asked: bool, console: Console
 ) -> None:
     """Makes the rated drop that of one edge; asks, or says which was taken."""
-    from ehsid.harness.rigs.answers import of_one_edge
+    from ..rigs.answers import of_one_edge
 
     drop = known.get("rated-drop")
     if drop is None:
@@ -239,8 +239,8 @@ def rig_new_command(
         "pressure-noise": pressure_noise,
     }
     with result_files(out, "rig-new") as folder:
-        from ehsid.harness.rigs.answers import check_pairs, rig_file_text
-        from ehsid.harness.rigs.new import axis_entries, ehs_entries
+        from ..rigs.answers import check_pairs, rig_file_text
+        from ..rigs.new import axis_entries, ehs_entries
 
         known, asked = _known(plant, given, console)
         assumed = [

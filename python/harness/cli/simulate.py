@@ -11,17 +11,17 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from ehsid.harness.cli.common import check_ending, shown_table
-from ehsid.harness.cli.completing import effect_sizes
-from ehsid.harness.cli.console import Console
-from ehsid.harness.cli.log_options import Maps, hints_of, show_read
-from ehsid.harness.cli.options import AsJson, SignalName
-from ehsid.harness.cli.progress import progress_of
-from ehsid.harness.files import result_files
+from ..files import result_files
+from .common import check_ending, shown_table
+from .completing import effect_sizes
+from .console import Console
+from .log_options import Maps, hints_of, show_read
+from .options import AsJson, SignalName
+from .progress import progress_of
 
 if TYPE_CHECKING:
-    from ehsid.harness.rigs import Rig
-    from ehsid.harness.simulation import PositionController
+    from ..rigs import Rig
+    from ..simulation import PositionController
 
 
 class LoopName(StrEnum):
@@ -33,7 +33,7 @@ class LoopName(StrEnum):
 
 
 def _controller(rig: Rig, loop: LoopName, bandwidth: float | None) -> PositionController:
-    from ehsid.harness.simulation import suggested_controller, with_integral
+    from ..simulation import suggested_controller, with_integral
 
     controller = suggested_controller(rig, bandwidth)
     return with_integral(controller) if loop is LoopName.pi else controller
@@ -96,13 +96,13 @@ def simulate_command(
     """
     import numpy as np
 
-    from ehsid.harness.records import read_record
-    from ehsid.harness.records.writing import record_bytes
-    from ehsid.harness.report.model_tables import run_table
-    from ehsid.harness.rigs import read_rig
-    from ehsid.harness.simulation import draw_noise, parse_settings, simulate, simulate_closed_loop
-    from ehsid.harness.simulation.logged_command import logged_command
-    from ehsid.harness.simulation.signal_options import (
+    from ..records import read_record
+    from ..records.writing import record_bytes
+    from ..report.model_tables import run_table
+    from ..rigs import read_rig
+    from ..simulation import draw_noise, parse_settings, simulate, simulate_closed_loop
+    from ..simulation.logged_command import logged_command
+    from ..simulation.signal_options import (
         SignalOptions,
         as_command,
         as_reference,
@@ -164,8 +164,8 @@ def simulate_command(
                 assert volts is not None
                 run = simulate(rig, volts, dt_s=step, position0_m=position0, **settings)
         if out is not None and folder is not None:
-            from ehsid.harness.report.plotting import write_figure
-            from ehsid.harness.report.record_figure import record_figure
+            from ..report.plotting import write_figure
+            from ..report.record_figure import record_figure
 
             (folder / out.name).write_bytes(record_bytes(run.record, out.name))
             write_figure(folder / picture, record_figure(run.record))

@@ -44,7 +44,7 @@ def _problem(error: Any, function: Callable[..., Any], arguments: Sequence[str])
     match type(error).__name__:
         case "NoSuchOption":
             # Imported here, because it loads numpy, which `ehsid --help` does not need.
-            from ehsid.harness.records.errors import nearest_name
+            from ..records.errors import nearest_name
 
             nearest = nearest_name(error.option_name, _options(error))
             hint = f"; did you mean {nearest}?" if nearest else ""
@@ -68,7 +68,7 @@ def _hint(function: Callable[..., Any], name: str, typed: str) -> str:
     kind, _ = _declared(function, name)
     if not (isinstance(kind, type) and issubclass(kind, Enum)):
         return ""
-    from ehsid.harness.records.errors import nearest_name
+    from ..records.errors import nearest_name
 
     nearest = nearest_name(typed, [str(member.value) for member in kind])
     return f"; did you mean '{nearest}'?" if nearest else ""

@@ -17,8 +17,8 @@ from typing import Annotated, Any
 
 import typer
 
-from ehsid.harness.cli.console import set_quiet
-from ehsid.harness.text import printable
+from ..text import printable
+from .console import set_quiet
 
 Verbose = Annotated[
     bool,

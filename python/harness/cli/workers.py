@@ -9,8 +9,8 @@ from typing import Annotated
 
 import typer
 
-from ehsid.harness.parallel import on_cluster
-from ehsid.harness.parallel import workers as using
+from ..parallel import on_cluster
+from ..parallel import workers as using
 
 Workers = Annotated[int | None, typer.Option(min=1, help="processes; default: one for each core")]
 Dask = Annotated[

@@ -1,11 +1,11 @@
 # SPDX-License-Identifier: MIT
 """Replays records through the C++ estimator."""
 
-from ehsid.harness.estimation.many import estimate_all
-from ehsid.harness.estimation.recursion import Recursion, scaling_of
-from ehsid.harness.estimation.replay import estimate
-from ehsid.harness.estimation.result import Estimate, EstimationResult
-from ehsid.harness.estimation.spread import (
+from .many import estimate_all
+from .recursion import Recursion, scaling_of
+from .replay import estimate
+from .result import Estimate, EstimationResult
+from .spread import (
     Coefficient,
     Estimates,
     Named,

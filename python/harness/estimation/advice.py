@@ -13,16 +13,17 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 import ehsid
-from ehsid.harness.estimation.recursion import Recursion
-from ehsid.harness.estimation.replay import replay
-from ehsid.harness.estimation.result import EstimationResult
-from ehsid.harness.identification import (
+
+from ..identification import (
     IdentificationError,
     IoData,
     fit_arx,
     independence_test,
 )
-from ehsid.harness.identification.residuals import MAX_LAG
+from ..identification.residuals import MAX_LAG
+from .recursion import Recursion
+from .replay import replay
+from .result import EstimationResult
 
 LEAST_COEFFICIENTS = 1
 MOST_COEFFICIENTS, MOST_DELAY = 6, 20  # of the compiled estimator

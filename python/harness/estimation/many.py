@@ -10,10 +10,11 @@ import numpy as np
 import numpy.typing as npt
 
 import ehsid
-from ehsid.harness.arrays import FloatArray
-from ehsid.harness.estimation.recursion import Recursion, scaling_of
-from ehsid.harness.estimation.result import Estimate
-from ehsid.harness.identification import IdentificationError, IoData
+
+from ..arrays import FloatArray
+from ..identification import IdentificationError, IoData
+from .recursion import Recursion, scaling_of
+from .result import Estimate
 
 # Samples between two looks at a bank, which bounds the memory of its trajectory.
 CHUNK = 4096

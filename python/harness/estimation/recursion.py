@@ -9,10 +9,9 @@ import numpy as np
 import numpy.typing as npt
 
 import ehsid
-from ehsid.harness.arrays import FloatArray
-from ehsid.harness.estimation.result import Estimate
-from ehsid.harness.estimation.servo import ServoPath, estimate_servo
-from ehsid.harness.identification import (
+
+from ..arrays import FloatArray
+from ..identification import (
     ArxModel,
     ArxOrders,
     IdentificationError,
@@ -20,6 +19,8 @@ from ehsid.harness.identification import (
     fit_percent,
     simulate,
 )
+from .result import Estimate
+from .servo import ServoPath, estimate_servo
 
 START_VARIANCE = 1e6  # of ArxEstimator
 # Of ArxEstimator: largest relative deviation of what has settled, and size below which a scaled

@@ -8,10 +8,11 @@ from dataclasses import replace
 import numpy as np
 
 import ehsid
-from ehsid.harness.arrays import FloatArray
-from ehsid.harness.estimation.recursion import START_VARIANCE, Recursion, scaling_of
-from ehsid.harness.estimation.result import EstimationResult
-from ehsid.harness.identification import ArxOrders, IoData
+
+from ..arrays import FloatArray
+from ..identification import ArxOrders, IoData
+from .recursion import START_VARIANCE, Recursion, scaling_of
+from .result import EstimationResult
 
 
 def estimate(

@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from ehsid.harness.arrays import FloatArray
-from ehsid.harness.estimation.servo import ServoPath
-from ehsid.harness.identification import ArxOrders
+from ..arrays import FloatArray
+from ..identification import ArxOrders
+from .servo import ServoPath
 
 # Half width of a two-sided 95 % interval of a normal distribution, in standard deviations.
 NORMAL_95 = 1.959963984540054

@@ -11,10 +11,11 @@ import numpy as np
 import numpy.typing as npt
 
 import ehsid
-from ehsid.harness.arrays import FloatArray
-from ehsid.harness.catalogue.channels import CHANNELS
-from ehsid.harness.identification import IoData
-from ehsid.harness.text import printable
+
+from ..arrays import FloatArray
+from ..catalogue.channels import CHANNELS
+from ..identification import IoData
+from ..text import printable
 
 MOST_DELAY = 20  # samples, of the compiled estimator
 # Share of the samples at which a value has to be trusted for more than a moment.

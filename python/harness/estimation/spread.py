@@ -11,10 +11,10 @@ from typing import Any
 import numpy as np
 import scipy.special
 
-from ehsid.harness.arrays import FloatArray
-from ehsid.harness.estimation.result import Estimate
-from ehsid.harness.estimation.servo import KEYS
-from ehsid.harness.estimation.words import state_words
+from ..arrays import FloatArray
+from .result import Estimate
+from .servo import KEYS
+from .words import state_words
 
 # With fewer records there is no telling which of them is usual.
 LEAST_RECORDS = 5

@@ -3,9 +3,9 @@
 
 from __future__ import annotations
 
-from ehsid.harness.estimation.advice import Advice
-from ehsid.harness.estimation.result import Estimate
-from ehsid.harness.estimation.servo import ServoPath
+from .advice import Advice
+from .result import Estimate
+from .servo import ServoPath
 
 _NOT_WHITE = "The residuals are not white (statistic {:.4g}, at most 22.5 expected): "
 _WHY_NOT_WHITE = {

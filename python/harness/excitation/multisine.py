@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-from ehsid.harness.excitation.excitation import Excitation
+from .excitation import Excitation
 
 
 def multisine(

@@ -5,12 +5,12 @@ from __future__ import annotations
 
 import numpy as np
 
-from ehsid.harness.arrays import FloatArray
-from ehsid.harness.excitation.chirp import chirp
-from ehsid.harness.excitation.multisine import odd_multisine
-from ehsid.harness.excitation.prbs import prbs
-from ehsid.harness.excitation.steps import random_steps
-from ehsid.harness.excitation.triangle import triangle
+from ..arrays import FloatArray
+from .chirp import chirp
+from .multisine import odd_multisine
+from .prbs import prbs
+from .steps import random_steps
+from .triangle import triangle
 
 SIGNALS = ("multisine", "prbs", "steps", "chirp", "triangle")
 

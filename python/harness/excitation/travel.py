@@ -12,7 +12,7 @@ import math
 import numpy as np
 import numpy.typing as npt
 
-from ehsid.harness.excitation.excitation import check_samples
+from .excitation import check_samples
 
 
 def travel(

@@ -10,38 +10,42 @@ from functools import cached_property
 
 import numpy as np
 
-from ehsid.harness.catalogue.keys import ParameterKey
-from ehsid.harness.error_words import error_words
-from ehsid.harness.gap.data.gate import gate, usable_part
-from ehsid.harness.gap.data.regimes import Regimes, visited
-from ehsid.harness.gap.deciding import EFFECT, FIT_TOGETHER, WORSE_HELD_OUT
-from ehsid.harness.gap.design.next_experiment import next_experiment
-from ehsid.harness.gap.inference import results
-from ehsid.harness.gap.inference.candidates import (
+from ..catalogue.keys import ParameterKey
+from ..error_words import error_words
+from ..parallel import Progress, single_threaded_algebra
+from ..records import Record
+from ..rigs import Rig
+from ..rigs.table_words import table_subsystem
+from .data.gate import gate, usable_part
+from .data.regimes import Regimes, visited
+from .deciding import EFFECT, FIT_TOGETHER, WORSE_HELD_OUT
+from .design.next_experiment import next_experiment
+from .inference import results
+from .inference.candidates import (
     FittedCandidate,
     calibrate_nuisances,
     decision_case,
 )
-from ehsid.harness.gap.inference.decision import least_loss
-from ehsid.harness.gap.inference.effect_selection import Selection, select_effects
-from ehsid.harness.gap.inference.evidence import left
-from ehsid.harness.gap.inference.identifiability import (
+from .inference.decision import least_loss
+from .inference.effect_selection import Selection, select_effects
+from .inference.evidence import left
+from .inference.identifiability import (
     effects_hardly_shown,
     unidentifiable_effects,
 )
-from ehsid.harness.gap.inference.localisation import localise
-from ehsid.harness.gap.inference.posterior import with_law
-from ehsid.harness.gap.inference.quantised import QUANTISATION, position_step
-from ehsid.harness.gap.inference.search import Look, SearchResult, candidate_effects, search
-from ehsid.harness.gap.inference.verdict import Decision, decide
-from ehsid.harness.gap.interim import LOGGER, Begun, Watch, look_for
-from ehsid.harness.gap.laws.choosing import LawsFound, missing_laws
-from ehsid.harness.gap.laws.equation_shares import equation_shares
-from ehsid.harness.gap.laws.words import sentence
-from ehsid.harness.gap.model.case import Case, make_case
-from ehsid.harness.gap.options import DEFAULTS, DiagnosisOptions
-from ehsid.harness.gap.pace import Pace
-from ehsid.harness.gap.schema import (
+from .inference.localisation import localise
+from .inference.posterior import with_law
+from .inference.quantised import QUANTISATION, position_step
+from .inference.search import Look, SearchResult, candidate_effects, search
+from .inference.verdict import Decision, decide
+from .interim import LOGGER, Begun, Watch, look_for
+from .laws.choosing import LawsFound, missing_laws
+from .laws.equation_shares import equation_shares
+from .laws.words import sentence
+from .model.case import Case, make_case
+from .options import DEFAULTS, DiagnosisOptions
+from .pace import Pace
+from .schema import (
     CalibratedValue,
     CannotJudge,
     Diagnosis,
@@ -54,16 +58,12 @@ from ehsid.harness.gap.schema import (
     Stage,
     Where,
 )
-from ehsid.harness.gap.thresholds import (
+from .thresholds import (
     BLOCK_S,
     BOOTSTRAP_SEED,
     LARGEST_PROBABILITY,
     SKIP_S,
 )
-from ehsid.harness.parallel import Progress, single_threaded_algebra
-from ehsid.harness.records import Record
-from ehsid.harness.rigs import Rig
-from ehsid.harness.rigs.table_words import table_subsystem
 
 FITTED_TOGETHER = (
     "The records that are held out excite what the others do not: fitted apart from them nothing "

@@ -17,9 +17,10 @@ from typing import Any, Literal
 import msgspec
 
 import ehsid
-import ehsid.harness.gap.schema as findings
-from ehsid.harness.encoding import from_json, to_plain
-from ehsid.harness.records import Record
+
+from ..encoding import from_json, to_plain
+from ..records import Record
+from . import schema as findings
 
 SCHEMA_VERSION: Literal[1] = 1
 NEXT_EXPERIMENT = "next_experiment.csv"

@@ -9,16 +9,16 @@ from types import MappingProxyType
 
 import numpy as np
 
-from ehsid.harness.gap.deciding import WORSE_HELD_OUT
-from ehsid.harness.gap.inference import results
-from ehsid.harness.gap.inference.candidates import FittedCandidate
-from ehsid.harness.gap.inference.evidence import left
-from ehsid.harness.gap.inference.gap_reduction import mean_gap
-from ehsid.harness.gap.inference.likelihood_gain import above_floor
-from ehsid.harness.gap.inference.search import Look
-from ehsid.harness.gap.model.case import Case
-from ehsid.harness.gap.pace import Known, Pace
-from ehsid.harness.gap.schema import Interim, Stage
+from .deciding import WORSE_HELD_OUT
+from .inference import results
+from .inference.candidates import FittedCandidate
+from .inference.evidence import left
+from .inference.gap_reduction import mean_gap
+from .inference.likelihood_gain import above_floor
+from .inference.search import Look
+from .model.case import Case
+from .pace import Known, Pace
+from .schema import Interim, Stage
 
 Watch = Callable[[Interim], None]
 Begun = Callable[[Stage], None]

@@ -7,8 +7,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TypedDict
 
-from ehsid.harness.catalogue.parameters import effects
-from ehsid.harness.rigs.checks import unknown
+from ..catalogue.parameters import effects
+from ..rigs.checks import unknown
 
 
 @dataclass(frozen=True)

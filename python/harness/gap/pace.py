@@ -17,8 +17,8 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from ehsid.harness.gap.schema import Stage
-from ehsid.harness.parallel import Progress
+from ..parallel import Progress
+from .schema import Stage
 
 # Sizes of stages in units of "alone".
 VALUES = 0.2

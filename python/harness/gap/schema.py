@@ -10,10 +10,10 @@ from typing import Literal
 import numpy as np
 import numpy.typing as npt
 
-from ehsid.harness.arrays import FloatArray
-from ehsid.harness.records import Record
-from ehsid.harness.rigs import Rig
-from ehsid.harness.rigs.table_law import TableLaw
+from ..arrays import FloatArray
+from ..records import Record
+from ..rigs import Rig
+from ..rigs.table_law import TableLaw
 
 Verdict = Literal[
     "no_gap", "parameters", "effects", "ambiguous", "outside_catalogue", "insufficient_data"

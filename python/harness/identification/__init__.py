@@ -6,9 +6,9 @@
 >>> print(result.reason)
 """
 
-from ehsid.harness.identification.arx import ArxModel, fit_arx
-from ehsid.harness.identification.candidates import Candidate, Rejected
-from ehsid.harness.identification.criteria import (
+from .arx import ArxModel, fit_arx
+from .candidates import Candidate, Rejected
+from .criteria import (
     Criteria,
     aic,
     criteria,
@@ -17,13 +17,13 @@ from ehsid.harness.identification.criteria import (
     loss,
     mdl,
 )
-from ehsid.harness.identification.data import IoData
-from ehsid.harness.identification.errors import (
+from .data import IoData
+from .errors import (
     IdentificationError,
     TooFewSamplesError,
     UnexcitedError,
 )
-from ehsid.harness.identification.frequency import (
+from .frequency import (
     Agreement,
     EstimatedResponse,
     FrequencyResponse,
@@ -32,22 +32,22 @@ from ehsid.harness.identification.frequency import (
     power_band,
     response_grid,
 )
-from ehsid.harness.identification.orders import ArxOrders
-from ehsid.harness.identification.outliers import Outliers, replace_outliers
-from ehsid.harness.identification.preprocessing import (
+from .orders import ArxOrders
+from .outliers import Outliers, replace_outliers
+from .preprocessing import (
     Preprocessed,
     Preprocessing,
     SignalReport,
     preprocess,
 )
-from ehsid.harness.identification.regression import Regression, least_squares, regression
-from ehsid.harness.identification.residuals import (
+from .regression import Regression, least_squares, regression
+from .residuals import (
     IndependenceTest,
     WhitenessTest,
     independence_test,
     whiteness_test,
 )
-from ehsid.harness.identification.roots import (
+from .roots import (
     Cancellation,
     PolesZeros,
     Roots,
@@ -55,8 +55,8 @@ from ehsid.harness.identification.roots import (
     poles_zeros,
     stability_distance,
 )
-from ehsid.harness.identification.selection import IdentificationResult, identify
-from ehsid.harness.identification.simulation import Prediction, predict_one_step, simulate
+from .selection import IdentificationResult, identify
+from .simulation import Prediction, predict_one_step, simulate
 
 __all__ = [
     "Agreement",

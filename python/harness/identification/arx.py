@@ -9,11 +9,11 @@ from typing import Any
 import numpy as np
 import scipy.stats
 
-from ehsid.harness.arrays import FloatArray
-from ehsid.harness.encoding import to_plain
-from ehsid.harness.identification.data import IoData
-from ehsid.harness.identification.orders import ArxOrders
-from ehsid.harness.identification.regression import least_squares, regression
+from ..arrays import FloatArray
+from ..encoding import to_plain
+from .data import IoData
+from .orders import ArxOrders
+from .regression import least_squares, regression
 
 
 @dataclass(frozen=True, eq=False)

@@ -5,13 +5,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from ehsid.harness.arrays import FloatArray
-from ehsid.harness.identification.arx import ArxModel, fit_arx
-from ehsid.harness.identification.criteria import Criteria, criteria, fit_percent
-from ehsid.harness.identification.data import IoData
-from ehsid.harness.identification.errors import UnexcitedError
-from ehsid.harness.identification.orders import ArxOrders
-from ehsid.harness.identification.simulation import predict_one_step, simulate
+from ..arrays import FloatArray
+from .arx import ArxModel, fit_arx
+from .criteria import Criteria, criteria, fit_percent
+from .data import IoData
+from .errors import UnexcitedError
+from .orders import ArxOrders
+from .simulation import predict_one_step, simulate
 
 
 @dataclass(frozen=True, eq=False)

@@ -15,7 +15,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ehsid.harness.arrays import FloatArray
+from ..arrays import FloatArray
 
 # A simulation with a fit below this diverges: its error is ten thousand times the motion.
 DIVERGES_PERCENT = -1e6

@@ -9,9 +9,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 import numpy.typing as npt
 
-from ehsid.harness.arrays import masked_count
-from ehsid.harness.identification.errors import IdentificationError
-from ehsid.harness.records import Record
+from ..arrays import masked_count
+from ..records import Record
+from .errors import IdentificationError
 
 # A signal that changes by less than this share of its size is constant except for rounding errors,
 # and residuals below this share of the output are rounding errors: a regression row is the sum of

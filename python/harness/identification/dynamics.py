@@ -8,9 +8,10 @@ from dataclasses import dataclass
 import numpy as np
 
 import ehsid
-from ehsid.harness.identification.arx import ArxModel
-from ehsid.harness.identification.roots import Roots, poles_zeros
-from ehsid.harness.identification.velocity_gain import integrator, velocity_gain
+
+from .arx import ArxModel
+from .roots import Roots, poles_zeros
+from .velocity_gain import integrator, velocity_gain
 
 # Largest imaginary part of a root that counts as real; a pair is told by its upper root.
 REAL = 1e-9

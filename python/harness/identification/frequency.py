@@ -10,10 +10,10 @@ import numpy.typing as npt
 import scipy.signal
 import scipy.stats
 
-from ehsid.harness.arrays import FloatArray
-from ehsid.harness.identification.arx import ArxModel
-from ehsid.harness.identification.data import IoData
-from ehsid.harness.identification.errors import IdentificationError
+from ..arrays import FloatArray
+from .arx import ArxModel
+from .data import IoData
+from .errors import IdentificationError
 
 ComplexArray = npt.NDArray[np.complex128]
 

@@ -13,7 +13,7 @@ import control
 import numpy as np
 import numpy.typing as npt
 
-from ehsid.harness.arrays import FloatArray
+from ..arrays import FloatArray
 
 # Lowest and highest frequency at which crossovers are searched, as shares of half the sampling
 # rate, and number of frequencies. They are dense enough for the splines through the response.

@@ -9,10 +9,10 @@ from collections.abc import Sequence
 import numpy as np
 import scipy.stats
 
-from ehsid.harness.arrays import FloatArray
-from ehsid.harness.identification.candidates import Candidate
-from ehsid.harness.identification.criteria import diverges, simulation_words
-from ehsid.harness.identification.residuals import IndependenceTest, WhitenessTest
+from ..arrays import FloatArray
+from .candidates import Candidate
+from .criteria import diverges, simulation_words
+from .residuals import IndependenceTest, WhitenessTest
 
 # One-sided confidence level at which one delay counts as worse than another.
 DELAY_LEVEL = 0.99

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from ehsid.harness.identification.errors import IdentificationError
+from .errors import IdentificationError
 
 
 @dataclass(frozen=True)

@@ -19,12 +19,12 @@ import numpy.typing as npt
 import scipy.signal
 import scipy.stats
 
-from ehsid.harness.arrays import FloatArray
-from ehsid.harness.identification.arx import ArxModel, fit_arx
-from ehsid.harness.identification.data import ROUNDING, IoData
-from ehsid.harness.identification.errors import TooFewSamplesError, UnexcitedError
-from ehsid.harness.identification.orders import ArxOrders
-from ehsid.harness.identification.simulation import predict_one_step
+from ..arrays import FloatArray
+from .arx import ArxModel, fit_arx
+from .data import ROUNDING, IoData
+from .errors import TooFewSamplesError, UnexcitedError
+from .orders import ArxOrders
+from .simulation import predict_one_step
 
 # Probability that at least one sample of a record without spikes is replaced. The residuals of a
 # linear model of a nonlinear plant are not normally distributed: on records of the simulated rigs

@@ -9,13 +9,13 @@ from typing import Any, Literal, get_args
 import numpy as np
 import numpy.typing as npt
 
-from ehsid.harness.arrays import FloatArray
-from ehsid.harness.encoding import to_plain
-from ehsid.harness.identification.arx import ArxModel
-from ehsid.harness.identification.data import ROUNDING, IoData
-from ehsid.harness.identification.errors import IdentificationError
-from ehsid.harness.identification.outliers import Outliers, replace_outliers
-from ehsid.harness.identification.simulation import Prediction
+from ..arrays import FloatArray
+from ..encoding import to_plain
+from .arx import ArxModel
+from .data import ROUNDING, IoData
+from .errors import IdentificationError
+from .outliers import Outliers, replace_outliers
+from .simulation import Prediction
 
 Trend = Literal["none", "mean", "linear"]
 

@@ -9,14 +9,14 @@ import numpy as np
 import numpy.typing as npt
 import scipy.linalg
 
-from ehsid.harness.arrays import FloatArray
-from ehsid.harness.identification.data import IoData
-from ehsid.harness.identification.errors import (
+from ..arrays import FloatArray
+from .data import IoData
+from .errors import (
     IdentificationError,
     TooFewSamplesError,
     UnexcitedError,
 )
-from ehsid.harness.identification.orders import ArxOrders
+from .orders import ArxOrders
 
 # A parameter belongs to an undetermined combination if its share in the combination is at least
 # this fraction of the largest share. Rounding errors give shares of the order of 1e-12 to other

@@ -14,8 +14,8 @@ import numpy as np
 import numpy.typing as npt
 import scipy.stats
 
-from ehsid.harness.arrays import FloatArray
-from ehsid.harness.identification.errors import TooFewSamplesError
+from ..arrays import FloatArray
+from .errors import TooFewSamplesError
 
 MAX_LAG = 25
 LEVEL = 0.99

@@ -10,8 +10,8 @@ import numpy.typing as npt
 import scipy.optimize
 import scipy.stats
 
-from ehsid.harness.arrays import FloatArray
-from ehsid.harness.identification.arx import ArxModel
+from ..arrays import FloatArray
+from .arx import ArxModel
 
 ComplexArray = npt.NDArray[np.complex128]
 

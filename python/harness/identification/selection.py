@@ -10,31 +10,31 @@ from typing import Any
 
 import numpy as np
 
-from ehsid.harness.encoding import to_plain
-from ehsid.harness.identification.candidates import Candidate, Rejected, judge
-from ehsid.harness.identification.data import ROUNDING, IoData
-from ehsid.harness.identification.dynamics import dynamics
-from ehsid.harness.identification.errors import (
+from ..encoding import to_plain
+from .candidates import Candidate, Rejected, judge
+from .data import ROUNDING, IoData
+from .dynamics import dynamics
+from .errors import (
     IdentificationError,
     TooFewSamplesError,
     UnexcitedError,
 )
-from ehsid.harness.identification.order_rules import (
+from .order_rules import (
     advise,
     choose_delay,
     choose_order,
     delay_reason,
     order_reason,
 )
-from ehsid.harness.identification.orders import ArxOrders
-from ehsid.harness.identification.residuals import (
+from .orders import ArxOrders
+from .residuals import (
     MAX_LAG,
     IndependenceTest,
     WhitenessTest,
     independence_test,
     whiteness_test,
 )
-from ehsid.harness.identification.simulation import Prediction, predict_one_step, simulate
+from .simulation import Prediction, predict_one_step, simulate
 
 DEFAULT_ORDERS = range(2, 6)
 DEFAULT_DELAYS = range(1, 6)

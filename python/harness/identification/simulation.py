@@ -9,10 +9,10 @@ import numpy as np
 import numpy.typing as npt
 import scipy.signal
 
-from ehsid.harness.arrays import FloatArray
-from ehsid.harness.identification.arx import ArxModel
-from ehsid.harness.identification.data import IoData
-from ehsid.harness.identification.regression import regression
+from ..arrays import FloatArray
+from .arx import ArxModel
+from .data import IoData
+from .regression import regression
 
 
 @dataclass(frozen=True, eq=False)

@@ -15,9 +15,10 @@ import numpy as np
 import numpy.typing as npt
 
 import ehsid
-from ehsid.harness.identification.arx import ArxModel
-from ehsid.harness.identification.errors import IdentificationError
-from ehsid.harness.identification.orders import ArxOrders
+
+from .arx import ArxModel
+from .errors import IdentificationError
+from .orders import ArxOrders
 
 
 def arx_system(

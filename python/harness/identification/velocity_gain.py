@@ -5,8 +5,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from ehsid.harness.identification.arx import ArxModel
-from ehsid.harness.identification.roots import poles_zeros
+from .arx import ArxModel
+from .roots import poles_zeros
 
 # A pole counts as an integrator if it cannot be told from z = 1 at this many deviations.
 DEVIATIONS = 3.0

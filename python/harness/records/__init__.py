@@ -6,14 +6,14 @@
 >>> record = read_record("run.mf4"); record.origin             # a log: what was taken for what
 """
 
-from ehsid.harness.catalogue.channels import CHANNELS, REQUIRED_COLUMNS, Channel
-from ehsid.harness.records.errors import RecordError
-from ehsid.harness.records.layout import ColumnMap, Layout
-from ehsid.harness.records.origin import NO_HINTS, Hints, Origin, Taken
-from ehsid.harness.records.reading import read_record
-from ehsid.harness.records.record import Record, make_record
-from ehsid.harness.records.timebase import Gap, Jitter, TimeBase
-from ehsid.harness.records.writing import write_record
+from ..catalogue.channels import CHANNELS, REQUIRED_COLUMNS, Channel
+from .errors import RecordError
+from .layout import ColumnMap, Layout
+from .origin import NO_HINTS, Hints, Origin, Taken
+from .reading import read_record
+from .record import Record, make_record
+from .timebase import Gap, Jitter, TimeBase
+from .writing import write_record
 
 __all__ = [
     "CHANNELS",

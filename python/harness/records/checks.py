@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from ehsid.harness.arrays import masked_count
-from ehsid.harness.records.errors import RecordError
+from ..arrays import masked_count
+from .errors import RecordError
 
 MIN_SAMPLES = 2
 # No quantity in any unit is so large, and the square of a larger number overflows in float64.

@@ -12,13 +12,13 @@ import numpy as np
 import numpy.typing as npt
 import polars as pl
 
-from ehsid.harness.records.csv_text import (
+from .csv_text import (
     is_number,
     plain_number_mend,
     split_header,
     unreadable_line,
 )
-from ehsid.harness.records.errors import RecordError
+from .errors import RecordError
 
 FIRST_DATA_ROW = 2  # row 1 is the header
 HEAD_ROWS = 100  # rows that tell whether a column holds text

@@ -12,8 +12,8 @@ from collections.abc import Sequence
 from io import BytesIO
 from pathlib import Path
 
-from ehsid.harness.records.errors import RecordError
-from ehsid.harness.records.limits import BYTES, COLUMNS, LINE, SAMPLES
+from .errors import RecordError
+from .limits import BYTES, COLUMNS, LINE, SAMPLES
 
 GZIP_MAGIC = b"\x1f\x8b"
 UTF8_BOM = b"\xef\xbb\xbf"

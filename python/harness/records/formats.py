@@ -8,8 +8,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
 
-from ehsid.harness.records.errors import RecordError
-from ehsid.harness.records.unread import first_bytes, refusal
+from .errors import RecordError
+from .unread import first_bytes, refusal
 
 Format = Literal["csv", "csv.gz", "parquet", "mat", "npz"]
 

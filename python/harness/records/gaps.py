@@ -3,8 +3,8 @@
 
 from __future__ import annotations
 
-from ehsid.harness.records.record import Record
-from ehsid.harness.records.timebase import BRIDGED_STEPS, MAX_JITTER, Gap
+from .record import Record
+from .timebase import BRIDGED_STEPS, MAX_JITTER, Gap
 
 
 def missing_rows(gap: Gap, dt_s: float) -> int:

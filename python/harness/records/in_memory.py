@@ -12,17 +12,17 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from ehsid.harness.arrays import FloatArray, masked_count
-from ehsid.harness.catalogue.channels import CHANNELS, COMMAND, POSITION, TIME
-from ehsid.harness.records.checks import check_columns, without_useless
-from ehsid.harness.records.errors import RecordError
-from ehsid.harness.records.gaps import gap_remarks
-from ehsid.harness.records.origin import NO_HINTS, Hints, Origin, without_numbers
-from ehsid.harness.records.reading import AS_THE_SCHEMA, is_other_log, slow_remarks
-from ehsid.harness.records.record import Record, make_record
-from ehsid.harness.records.sentinels import has_sentinels
-from ehsid.harness.records.timebase import TimeError
-from ehsid.harness.records.wish import Wish
+from ..arrays import FloatArray, masked_count
+from ..catalogue.channels import CHANNELS, COMMAND, POSITION, TIME
+from .checks import check_columns, without_useless
+from .errors import RecordError
+from .gaps import gap_remarks
+from .origin import NO_HINTS, Hints, Origin, without_numbers
+from .reading import AS_THE_SCHEMA, is_other_log, slow_remarks
+from .record import Record, make_record
+from .sentinels import has_sentinels
+from .timebase import TimeError
+from .wish import Wish
 
 KIND = "columns in memory"
 
@@ -111,7 +111,7 @@ def _as_the_schema(columns: Mapping[str, npt.NDArray[Any]], texts: list[str], na
         if has_sentinels(record.columns):
             return _as_a_log(columns, texts, NO_HINTS, name)
     except TimeError as error:
-        from ehsid.harness.records.logs.reading import even_record
+        from .logs.reading import even_record
 
         arrays: dict[str, FloatArray] = check_columns(kept, file=name, first_row=1)
         record = even_record(
@@ -128,9 +128,9 @@ def _as_a_log(
     columns: Mapping[str, npt.NDArray[Any]], texts: list[str], hints: Hints, name: str
 ) -> Record:
     """Finds the channels by names, units and ranges."""
-    from ehsid.harness.records.logs.arrays import Part, series_of
-    from ehsid.harness.records.logs.log import Log
-    from ehsid.harness.records.logs.reading import record_of
+    from .logs.arrays import Part, series_of
+    from .logs.log import Log
+    from .logs.reading import record_of
 
     path = Path(name)
     asked = [key for key in texts if key == TIME or key in CHANNELS]

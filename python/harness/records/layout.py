@@ -17,8 +17,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from ehsid.harness.catalogue.channels import CHANNELS
-from ehsid.harness.records.errors import RecordError, misnamed_column
+from ..catalogue.channels import CHANNELS
+from .errors import RecordError, misnamed_column
 
 if TYPE_CHECKING:
     import pint

@@ -14,7 +14,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
-from ehsid.harness.records.errors import RecordError
+from .errors import RecordError
 
 
 @dataclass(frozen=True)

@@ -15,9 +15,9 @@ import numpy.typing as npt
 import scipy.io
 import scipy.sparse
 
-from ehsid.harness.records.errors import RecordError, damaged
-from ehsid.harness.records.limits import BYTES, COLUMNS
-from ehsid.harness.records.mat_elements import check_elements
+from .errors import RecordError, damaged
+from .limits import BYTES, COLUMNS
+from .mat_elements import check_elements
 
 # A file of version 7.3 is HDF5 behind a head of MATLAB.
 HDF5_MAGIC = b"\x89HDF\r\n\x1a\n"

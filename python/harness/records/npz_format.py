@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from ehsid.harness.records.errors import RecordError, damaged, first_line
-from ehsid.harness.records.limits import BYTES, COLUMNS
+from .errors import RecordError, damaged, first_line
+from .limits import BYTES, COLUMNS
 
 # First bytes of a zip archive and of a single array.
 MAGIC = (b"PK", b"\x93NUMPY")

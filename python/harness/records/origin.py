@@ -8,8 +8,8 @@ from dataclasses import dataclass, field
 from types import MappingProxyType
 from typing import Any
 
-from ehsid.harness.catalogue.channels import CHANNELS
-from ehsid.harness.records.layout import ColumnMap, is_convertible
+from ..catalogue.channels import CHANNELS
+from .layout import ColumnMap, is_convertible
 
 MOST_LISTED = 12  # names of columns in a remark
 DATES = "dates or times in the log"  # begins the reason of a time that has no unit

@@ -12,8 +12,8 @@ from typing import Any
 import numpy.typing as npt
 import polars as pl
 
-from ehsid.harness.records.errors import RecordError, damaged
-from ehsid.harness.records.limits import BYTES, COLUMNS, SAMPLES
+from .errors import RecordError, damaged
+from .limits import BYTES, COLUMNS, SAMPLES
 
 FLOAT64_BYTES = 8
 

@@ -6,10 +6,10 @@ from __future__ import annotations
 import shlex
 from collections.abc import Mapping
 
-from ehsid.harness.catalogue.channels import CHANNELS
-from ehsid.harness.records.layout import ColumnMap
-from ehsid.harness.records.origin import Taken, toml_string
-from ehsid.harness.records.record import Record
+from ..catalogue.channels import CHANNELS
+from .layout import ColumnMap
+from .origin import Taken, toml_string
+from .record import Record
 
 # Begins the reason of a column that [columns] of a rig names; one that --map names is only "named".
 NAMED_BY_RIG = "named in [columns]"
@@ -35,7 +35,7 @@ def units_differ(
 
     `where` is "[columns]" or "--map", where the user says `unit`; `said` is that of the log.
     """
-    from ehsid.harness.records.logs.units import conversion
+    from .logs.units import conversion
 
     if said is None or conversion(said, channel) == conversion(unit, channel):
         return ()
@@ -98,6 +98,6 @@ def how_to_exchange(
 
 
 def _map_option_of(channel: str, column: str, unit: str | None) -> str:
-    from ehsid.harness.records.logs.units import without_unit
+    from .logs.units import without_unit
 
     return map_option(channel, without_unit(column, channel), unit)

@@ -16,13 +16,13 @@ from typing import TYPE_CHECKING, TypedDict
 import numpy as np
 import numpy.typing as npt
 
-from ehsid.harness.catalogue.channels import CHANNELS, COMMAND, POSITION, REQUIRED_COLUMNS, TIME
-from ehsid.harness.records.checks import check_columns, without_useless
-from ehsid.harness.records.csv_text import decompress
-from ehsid.harness.records.errors import RecordError
-from ehsid.harness.records.formats import FORMATS, ending_of, format_of, stem_of, told_by_head
-from ehsid.harness.records.gaps import gap_remarks
-from ehsid.harness.records.layout import (
+from ..catalogue.channels import CHANNELS, COMMAND, POSITION, REQUIRED_COLUMNS, TIME
+from .checks import check_columns, without_useless
+from .csv_text import decompress
+from .errors import RecordError
+from .formats import FORMATS, ending_of, format_of, stem_of, told_by_head
+from .gaps import gap_remarks
+from .layout import (
     ColumnMap,
     Layout,
     check_layout,
@@ -31,20 +31,20 @@ from ehsid.harness.records.layout import (
     layout_of,
     names_in_file,
 )
-from ehsid.harness.records.limits import bounded_memory, read_file
-from ehsid.harness.records.origin import NO_HINTS, Hints, Origin, without_numbers
-from ehsid.harness.records.record import Record, make_record
-from ehsid.harness.records.sentinels import has_sentinels
-from ehsid.harness.records.timebase import TimeError
-from ehsid.harness.records.unread import refusal
-from ehsid.harness.records.wish import Wish
+from .limits import bounded_memory, read_file
+from .origin import NO_HINTS, Hints, Origin, without_numbers
+from .record import Record, make_record
+from .sentinels import has_sentinels
+from .timebase import TimeError
+from .unread import refusal
+from .wish import Wish
 
 if TYPE_CHECKING:
-    from ehsid.harness.records.csv_format import CsvTable
-    from ehsid.harness.records.logs.log import Log
-    from ehsid.harness.records.mat_format import MatTable
-    from ehsid.harness.records.npz_format import NpzTable
-    from ehsid.harness.records.parquet_format import ParquetTable
+    from .csv_format import CsvTable
+    from .logs.log import Log
+    from .mat_format import MatTable
+    from .npz_format import NpzTable
+    from .parquet_format import ParquetTable
 
     Table = CsvTable | ParquetTable | MatTable | NpzTable
 
@@ -126,8 +126,8 @@ def read_record(
             if error.column != wish.time_name and not no_channel:
                 raise
             no_signal = error
-    from ehsid.harness.records.logs.opening import open_log
-    from ehsid.harness.records.logs.reading import record_of
+    from .logs.opening import open_log
+    from .logs.reading import record_of
 
     name = path.name if path.is_dir() else stem_of(path)
     with bounded_memory(path) if ending in UNBOUNDED else nullcontext():
@@ -145,7 +145,7 @@ def open_unread(path: Path) -> Log:
     RecordError
         the file cannot be read.
     """
-    from ehsid.harness.records.logs.opening import open_log
+    from .logs.opening import open_log
 
     ending = ending_of(path) if not path.is_dir() else _folder_kind(path)
     data, _ = _bytes(path, ending)
@@ -160,7 +160,7 @@ def is_other_log(file_names: Sequence[str]) -> bool:
     """
     if TIME in file_names and POSITION in file_names:
         return False
-    from ehsid.harness.records.logs.names import means, unit_in_name
+    from .logs.names import means, unit_in_name
 
     named = TIME not in file_names and any(means(name, TIME) for name in file_names)
     return named or (
@@ -211,7 +211,7 @@ def _as_the_schema(table: Table, wish: Wish, path: Path, sha256: str) -> Record:
         )
         return replace(record, origin=Origin(ending_of(path), (), remarks) if remarks else None)
     except TimeError as error:
-        from ehsid.harness.records.logs.reading import even_record
+        from .logs.reading import even_record
 
         record = even_record(arrays, error, path=path, kind=ending_of(path), **about)
         assert record.origin is not None
@@ -224,8 +224,8 @@ def _other_units(layout: Layout, wanted: Mapping[str, str]) -> list[str]:
     stated = {name: one for name, one in layout.items() if one.unit is not None and name in wanted}
     if not stated:
         return []
-    from ehsid.harness.records.logs.names import unit_in_name
-    from ehsid.harness.records.pasting import units_differ
+    from .logs.names import unit_in_name
+    from .pasting import units_differ
 
     remarks: list[str] = []
     for name, one in stated.items():
@@ -319,17 +319,17 @@ def _table(data: bytes, path: Path) -> Table:
             text = data if kind == "csv" else decompress(data, path)
             return _csv_table(text, path)
         case "parquet":
-            from ehsid.harness.records.parquet_format import ParquetTable
+            from .parquet_format import ParquetTable
 
             return ParquetTable(data, path)
         case "mat":
-            from ehsid.harness.records.mat_format import HDF5_AT, HDF5_MAGIC, MatTable
+            from .mat_format import HDF5_AT, HDF5_MAGIC, MatTable
 
             if data.startswith(HDF5_MAGIC, HDF5_AT):
                 raise _NotTheSchemaError(None)
             return MatTable(data, path)
         case "npz":
-            from ehsid.harness.records.npz_format import NpzTable
+            from .npz_format import NpzTable
 
             return NpzTable(data, path)
 
@@ -340,8 +340,8 @@ def _csv_table(text: bytes, path: Path) -> CsvTable:
     A file with another layout may have the right names: with a row of units below them, with a
     decimal comma, or with dates in the column of time.
     """
-    from ehsid.harness.records.csv_format import CsvTable
-    from ehsid.harness.records.logs.text import differs_from_schema
+    from .csv_format import CsvTable
+    from .logs.text import differs_from_schema
 
     if told_by_head(text) is not None or refusal(path, text) is not None:
         raise _NotTheSchemaError(None)

@@ -12,11 +12,11 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from ehsid.harness.catalogue.channels import TIME
-from ehsid.harness.records.checks import check_columns
-from ehsid.harness.records.errors import RecordError, missing_column
-from ehsid.harness.records.origin import Origin
-from ehsid.harness.records.timebase import Gap, Jitter, analyse_time
+from ..catalogue.channels import TIME
+from .checks import check_columns
+from .errors import RecordError, missing_column
+from .origin import Origin
+from .timebase import Gap, Jitter, analyse_time
 
 
 @dataclass(frozen=True, eq=False)

@@ -14,8 +14,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ehsid.harness.arrays import FloatArray
-from ehsid.harness.catalogue.channels import CHANNELS, COMMAND, TIME
+from ..arrays import FloatArray
+from ..catalogue.channels import CHANNELS, COMMAND, TIME
 
 # No quantity of a machine is so large; instruments say 9.9E37, and netCDF 9.96921e36.
 NO_QUANTITY = 1e20

@@ -7,8 +7,8 @@ from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from ehsid.harness.records.in_memory import digest
-from ehsid.harness.records.record import Record
+from .in_memory import digest
+from .record import Record
 
 
 def told_apart(records: Sequence[Record]) -> list[Record]:

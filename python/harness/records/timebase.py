@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
-from ehsid.harness.records.errors import RecordError
+from .errors import RecordError
 
 MAX_JITTER = 0.01  # relative to dt; a record with more jitter does not count as uniform
 GAP_FACTOR = 1.5  # a step longer than this many median steps is a gap

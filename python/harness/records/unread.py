@@ -7,7 +7,7 @@ import re
 from pathlib import Path
 from typing import NamedTuple
 
-from ehsid.harness.records.errors import RecordError
+from .errors import RecordError
 
 HEAD_BYTES = 4096
 DECODED = (

@@ -7,9 +7,9 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from ehsid.harness.catalogue.channels import CHANNELS, TIME
-from ehsid.harness.records.layout import Layout, layout_of, names_in_file
-from ehsid.harness.records.origin import Hints
+from ..catalogue.channels import CHANNELS, TIME
+from .layout import Layout, layout_of, names_in_file
+from .origin import Hints
 
 
 @dataclass(frozen=True)
@@ -43,7 +43,7 @@ class Wish:
         """Whether a column without a unit in the layout has one in its name, not the schema's."""
         if layout[channel].unit is not None or channel not in self.requested(names):
             return False
-        from ehsid.harness.records.logs.names import unit_in_name, unknown_unit
+        from .logs.names import unit_in_name, unknown_unit
 
         name = layout[channel].name
         unit = unit_in_name(name, channel) or unknown_unit(name, channel)

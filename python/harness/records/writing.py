@@ -12,11 +12,11 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from ehsid.harness.catalogue.channels import TIME
-from ehsid.harness.files import replacing
-from ehsid.harness.records.errors import RecordError
-from ehsid.harness.records.formats import Format, format_of
-from ehsid.harness.records.record import Record
+from ..catalogue.channels import TIME
+from ..files import replacing
+from .errors import RecordError
+from .formats import Format, format_of
+from .record import Record
 
 
 def write_record(record: Record, path: str | os.PathLike[str]) -> None:

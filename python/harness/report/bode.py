@@ -7,9 +7,9 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from ehsid.harness.identification import EstimatedResponse, FrequencyResponse
-from ehsid.harness.identification.loop import LoopAnalysis
-from ehsid.harness.report.plotting import VERMILION, frequency_unit, stacked, styled
+from ..identification import EstimatedResponse, FrequencyResponse
+from ..identification.loop import LoopAnalysis
+from .plotting import VERMILION, frequency_unit, stacked, styled
 
 
 @styled

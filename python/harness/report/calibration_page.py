@@ -6,11 +6,15 @@ from __future__ import annotations
 from collections.abc import Iterable
 from pathlib import Path
 
-from ehsid.harness.encoding import json_text
-from ehsid.harness.files import write_text
-from ehsid.harness.report import page as pages
-from ehsid.harness.report.calibration_plots import reliability_drawing
-from ehsid.harness.report.calibration_tables import (
+from ..encoding import json_text
+from ..files import write_text
+from ..validation.calibration.checking import Calibration
+from ..validation.calibration.features import FEATURES, write_features
+from ..validation.calibration.left_out import LEAST_MACHINES
+from ..validation.calibration.machines import Machine
+from . import page as pages
+from .calibration_plots import reliability_drawing
+from .calibration_tables import (
     FAR,
     constants_table,
     families_table,
@@ -19,12 +23,8 @@ from ehsid.harness.report.calibration_tables import (
     probabilities_table,
     sets_table,
 )
-from ehsid.harness.report.check_words import HOW_TO_READ, figure_text, number, plural
-from ehsid.harness.report.page import Page, Picture, Section
-from ehsid.harness.validation.calibration.checking import Calibration
-from ehsid.harness.validation.calibration.features import FEATURES, write_features
-from ehsid.harness.validation.calibration.left_out import LEAST_MACHINES
-from ehsid.harness.validation.calibration.machines import Machine
+from .check_words import HOW_TO_READ, figure_text, number, plural
+from .page import Page, Picture, Section
 
 TITLE = "How far the probabilities of a diagnosis are meant"
 PAGE, JSON = "calibration.html", "calibration.json"

@@ -7,8 +7,8 @@ from collections.abc import Sequence
 
 from matplotlib.figure import Figure
 
-from ehsid.harness.report.plotting import BLUE, VERMILION, styled
-from ehsid.harness.validation.calibration.checking import Probabilities
+from ..validation.calibration.checking import Probabilities
+from .plotting import BLUE, VERMILION, styled
 
 
 @styled

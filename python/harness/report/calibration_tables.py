@@ -6,15 +6,15 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
-from ehsid.harness.plain_number import plain_number
-from ehsid.harness.report.check_words import KINDS, MARKS, figure_text, number, target_text
-from ehsid.harness.report.page import Table
-from ehsid.harness.validation.calibration.checking import Calibration, Constant, Probabilities
-from ehsid.harness.validation.calibration.conformal import ClassOfSensors
-from ehsid.harness.validation.calibration.intervals import Intervals
-from ehsid.harness.validation.calibration.left_out import LeftOut
-from ehsid.harness.validation.calibration.reliability import Reliability
-from ehsid.harness.validation.scoring.figures import Figure
+from ..plain_number import plain_number
+from ..validation.calibration.checking import Calibration, Constant, Probabilities
+from ..validation.calibration.conformal import ClassOfSensors
+from ..validation.calibration.intervals import Intervals
+from ..validation.calibration.left_out import LeftOut
+from ..validation.calibration.reliability import Reliability
+from ..validation.scoring.figures import Figure
+from .check_words import KINDS, MARKS, figure_text, number, target_text
+from .page import Table
 
 # A fitted constant that is farther from the one in use is marked: chance does so in one of twenty.
 FAR = 2.0

@@ -6,17 +6,19 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
-from ehsid.harness.encoding import json_text
-from ehsid.harness.files import write_text
-from ehsid.harness.report import page as pages
-from ehsid.harness.report.check_plots import (
+from ..encoding import json_text
+from ..files import write_text
+from ..validation.scoring.figures import Figure
+from ..validation.scoring.score import Score, score_file
+from . import page as pages
+from .check_plots import (
     confusion_drawing,
     promises_drawing,
     sizes_drawing,
     targets_drawing,
     trust_drawing,
 )
-from ehsid.harness.report.check_tables import (
+from .check_tables import (
     baseline_table,
     bins_table,
     contradiction_table,
@@ -27,11 +29,9 @@ from ehsid.harness.report.check_tables import (
     trust_table,
     wrong_table,
 )
-from ehsid.harness.report.check_words import HOW_TO_READ, figure_text, lead, number
-from ehsid.harness.report.page import Block, Page, Picture, Section, Table, write_pictures
-from ehsid.harness.report.page_markdown import markdown
-from ehsid.harness.validation.scoring.figures import Figure
-from ehsid.harness.validation.scoring.score import Score, score_file
+from .check_words import HOW_TO_READ, figure_text, lead, number
+from .page import Block, Page, Picture, Section, Table, write_pictures
+from .page_markdown import markdown
 
 TITLE = "How far to trust a diagnosis of the gap"
 # The last one: the numbered pictures of the page.

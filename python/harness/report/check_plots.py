@@ -11,14 +11,14 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure as Drawing
 from matplotlib.ticker import FuncFormatter
 
-from ehsid.harness.report.check_words import KINDS
-from ehsid.harness.report.gap_words import plain_name
-from ehsid.harness.report.plotting import BLUE, GREEN, GREY, VERMILION, draw_numbers, styled
-from ehsid.harness.validation.scoring.calibration import Reliability, RiskPoint, SizeError
-from ehsid.harness.validation.scoring.figures import Figure
-from ehsid.harness.validation.scoring.reading import SENSORS
-from ehsid.harness.validation.scoring.tables import Confusion, FigureTable
-from ehsid.harness.validation.scoring.transfer import Promises
+from ..validation.scoring.calibration import Reliability, RiskPoint, SizeError
+from ..validation.scoring.figures import Figure
+from ..validation.scoring.reading import SENSORS
+from ..validation.scoring.tables import Confusion, FigureTable
+from ..validation.scoring.transfer import Promises
+from .check_words import KINDS
+from .gap_words import plain_name
+from .plotting import BLUE, GREEN, GREY, VERMILION, draw_numbers, styled
 
 MET, MISSED, UNSURE = BLUE, VERMILION, GREY
 

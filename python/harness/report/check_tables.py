@@ -5,15 +5,15 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from ehsid.harness.report.check_words import KINDS, MARKS, figure_text, number, target_text
-from ehsid.harness.report.gap_words import plain_name
-from ehsid.harness.report.page import Table, Tagged
-from ehsid.harness.validation.scoring.baselines import Baseline, Control
-from ehsid.harness.validation.scoring.calibration import Reliability
-from ehsid.harness.validation.scoring.reading import SENSORS
-from ehsid.harness.validation.scoring.score import Contradiction, Score
-from ehsid.harness.validation.scoring.tables import FigureTable, SplitTable
-from ehsid.harness.validation.scoring.wrong import WrongCase
+from ..validation.scoring.baselines import Baseline, Control
+from ..validation.scoring.calibration import Reliability
+from ..validation.scoring.reading import SENSORS
+from ..validation.scoring.score import Contradiction, Score
+from ..validation.scoring.tables import FigureTable, SplitTable
+from ..validation.scoring.wrong import WrongCase
+from .check_words import KINDS, MARKS, figure_text, number, target_text
+from .gap_words import plain_name
+from .page import Table, Tagged
 
 
 def target_table(table: FigureTable) -> Table:

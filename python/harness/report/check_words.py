@@ -5,11 +5,11 @@ from __future__ import annotations
 
 import math
 
-from ehsid.harness.plain_number import plain_number
-from ehsid.harness.report.shares import SPACE, percent
-from ehsid.harness.validation.scoring.figures import Figure, Range
-from ehsid.harness.validation.scoring.reading import SENSORS
-from ehsid.harness.validation.scoring.score import Score
+from ..plain_number import plain_number
+from ..validation.scoring.figures import Figure, Range
+from ..validation.scoring.reading import SENSORS
+from ..validation.scoring.score import Score
+from .shares import SPACE, percent
 
 MARKS = {
     "met": "met",

@@ -9,13 +9,13 @@ from pathlib import Path
 import numpy as np
 import polars as pl
 
-from ehsid.harness.files import write_text
-from ehsid.harness.gap.diagnosis_file import NEXT_EXPERIMENT, diagnosis_text
-from ehsid.harness.gap.schema import Diagnosis, HeldOutRun
-from ehsid.harness.records import Record
-from ehsid.harness.records.writing import record_bytes
-from ehsid.harness.report.gap_page import RecordLine, render_diagnosis
-from ehsid.harness.rigs import rig_text
+from ..files import write_text
+from ..gap.diagnosis_file import NEXT_EXPERIMENT, diagnosis_text
+from ..gap.schema import Diagnosis, HeldOutRun
+from ..records import Record
+from ..records.writing import record_bytes
+from ..rigs import rig_text
+from .gap_page import RecordLine, render_diagnosis
 
 # Significant digits in simulation.csv: they show a hundredth of the resolution of a 24-bit sensor.
 DIGITS = 9

@@ -5,13 +5,13 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from ehsid.harness.catalogue.channels import CHANNELS
-from ehsid.harness.identification.dynamics import Dynamics, Figure, Root, dynamics
-from ehsid.harness.plain_number import plain_number
-from ehsid.harness.report.text_table import TextTable
+from ..catalogue.channels import CHANNELS
+from ..identification.dynamics import Dynamics, Figure, Root, dynamics
+from ..plain_number import plain_number
+from .text_table import TextTable
 
 if TYPE_CHECKING:
-    from ehsid.harness.identification import IdentificationResult
+    from ..identification import IdentificationResult
 
 
 def model_table(result: IdentificationResult) -> TextTable:

@@ -9,9 +9,9 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from ehsid.harness.estimation import Coefficient, Estimates
-from ehsid.harness.report.plotting import BLUE, GREY, SKY, VERMILION, stacked, styled
-from ehsid.harness.text import printable
+from ..estimation import Coefficient, Estimates
+from ..text import printable
+from .plotting import BLUE, GREY, SKY, VERMILION, stacked, styled
 
 # An axis ends this many times the range between the quantiles beyond them; what lies farther away
 # is drawn as a triangle at its end.

@@ -8,14 +8,14 @@ import io
 import math
 from pathlib import Path
 
-from ehsid.harness.encoding import json_text
-from ehsid.harness.estimation import Estimates
-from ehsid.harness.estimation.servo import KEYS
-from ehsid.harness.files import write_text
-from ehsid.harness.plain_number import plain_number
-from ehsid.harness.report import page as pages
-from ehsid.harness.report.estimates_figure import estimates_figure
-from ehsid.harness.report.page import Block, Page, Picture, Section, Table
+from ..encoding import json_text
+from ..estimation import Estimates
+from ..estimation.servo import KEYS
+from ..files import write_text
+from ..plain_number import plain_number
+from . import page as pages
+from .estimates_figure import estimates_figure
+from .page import Block, Page, Picture, Section, Table
 
 FILES = ("estimates.html", "estimates.json", "estimates.csv")
 COEFFICIENT_HEADINGS = ["coefficient", "median", "spread", "own deviation", "5 %", "95 %"]

@@ -9,10 +9,10 @@ from collections.abc import Sequence
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from ehsid.harness.report.gap_words import plain_name
-from ehsid.harness.report.plotting import BLUE, GREY, ORANGE, styled
-from ehsid.harness.text import printable
-from ehsid.harness.validation.fleet.ranking import Machine
+from ..text import printable
+from ..validation.fleet.ranking import Machine
+from .gap_words import plain_name
+from .plotting import BLUE, GREY, ORANGE, styled
 
 NAMED, RIVAL, LEFT = BLUE, ORANGE, GREY
 

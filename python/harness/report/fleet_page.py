@@ -7,12 +7,13 @@ from collections.abc import Collection, Sequence
 from pathlib import Path
 from urllib.parse import quote
 
-from ehsid.harness.catalogue.keys import ParameterKey
-from ehsid.harness.encoding import json_text
-from ehsid.harness.files import write_text
-from ehsid.harness.report import page as pages
-from ehsid.harness.report.fleet_figure import fleet_figure
-from ehsid.harness.report.gap_words import (
+from ..catalogue.keys import ParameterKey
+from ..encoding import json_text
+from ..files import write_text
+from ..validation.fleet.ranking import Fleet, Machine
+from . import page as pages
+from .fleet_figure import fleet_figure
+from .gap_words import (
     VERDICTS,
     effect_set,
     interval,
@@ -20,10 +21,9 @@ from ehsid.harness.report.gap_words import (
     unit_of,
     value_name,
 )
-from ehsid.harness.report.named import named_effect
-from ehsid.harness.report.page import Block, Cell, Link, Page, Picture, Section, Table, Tagged
-from ehsid.harness.report.shares import percent
-from ehsid.harness.validation.fleet.ranking import Fleet, Machine
+from .named import named_effect
+from .page import Block, Cell, Link, Page, Picture, Section, Table, Tagged
+from .shares import percent
 
 FILES = ("fleet.html", "fleet.json")
 # The figure shows this many machines, those with the largest gaps; the tables show all.

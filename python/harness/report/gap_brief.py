@@ -5,10 +5,11 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 
-from ehsid.harness.catalogue.channels import shown_channel
-from ehsid.harness.catalogue.keys import ParameterKey
-from ehsid.harness.gap.schema import Candidate, Diagnosis, HowFar, Remark
-from ehsid.harness.report.gap_words import (
+from ..catalogue.channels import shown_channel
+from ..catalogue.keys import ParameterKey
+from ..gap.schema import Candidate, Diagnosis, HowFar, Remark
+from ..rigs.table_words import table_words
+from .gap_words import (
     SIMULATIONS,
     STANDINGS,
     candidate_notes,
@@ -21,9 +22,8 @@ from ehsid.harness.report.gap_words import (
     unit_of,
     value_name,
 )
-from ehsid.harness.report.shares import percent, percent_interval
-from ehsid.harness.report.text_table import TextTable
-from ehsid.harness.rigs.table_words import table_words
+from .shares import percent, percent_interval
+from .text_table import TextTable
 
 # More candidates than this are easier to read on the page.
 MOST_CANDIDATES = 5

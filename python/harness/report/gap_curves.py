@@ -7,9 +7,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ehsid.harness.arrays import FloatArray
-from ehsid.harness.gap.schema import HeldOutRun
-from ehsid.harness.report.plotting import kept_samples
+from ..arrays import FloatArray
+from ..gap.schema import HeldOutRun
+from .plotting import kept_samples
 
 
 def curves_of(

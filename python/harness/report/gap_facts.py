@@ -5,11 +5,12 @@ from __future__ import annotations
 
 import re
 
-from ehsid.harness.catalogue.keys import ParameterKey
-from ehsid.harness.catalogue.parameters import effects
-from ehsid.harness.gap.schema import Diagnosis, Estimate, HowFar
-from ehsid.harness.gap.thresholds import SUBSYSTEM_TAKES_PART
-from ehsid.harness.report.gap_words import (
+from ..catalogue.keys import ParameterKey
+from ..catalogue.parameters import effects
+from ..gap.schema import Diagnosis, Estimate, HowFar
+from ..gap.thresholds import SUBSYSTEM_TAKES_PART
+from ..rigs.table_words import table_words
+from .gap_words import (
     chosen,
     effect_set,
     first_upper,
@@ -18,11 +19,10 @@ from ehsid.harness.report.gap_words import (
     unit_of,
     value_name,
 )
-from ehsid.harness.report.named import named_effects
-from ehsid.harness.report.next_words import what_now
-from ehsid.harness.report.page import Fact, Facts, Tagged
-from ehsid.harness.report.shares import percent, percent_ends
-from ehsid.harness.rigs.table_words import table_words
+from .named import named_effects
+from .next_words import what_now
+from .page import Fact, Facts, Tagged
+from .shares import percent, percent_ends
 
 
 def diagnosis_facts(diagnosis: Diagnosis) -> Facts:

@@ -6,10 +6,10 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
-from ehsid.harness.catalogue.keys import ParameterKey
-from ehsid.harness.catalogue.parameters import plant_parameters
-from ehsid.harness.gap.schema import CalibratedValue, Diagnosis, Estimate, HowFar, SpanShare
-from ehsid.harness.report.gap_words import (
+from ..catalogue.keys import ParameterKey
+from ..catalogue.parameters import plant_parameters
+from ..gap.schema import CalibratedValue, Diagnosis, Estimate, HowFar, SpanShare
+from .gap_words import (
     SIMULATIONS,
     interval,
     plain_name,
@@ -17,8 +17,8 @@ from ehsid.harness.report.gap_words import (
     unit_of,
     value_name,
 )
-from ehsid.harness.report.page import Bar, Column, Mark, Scale, Table, Tagged, Timeline
-from ehsid.harness.report.shares import percent, percent_ends
+from .page import Bar, Column, Mark, Scale, Table, Tagged, Timeline
+from .shares import percent, percent_ends
 
 # The axis for fitted values extends this many standard deviations of the prior to either side.
 AXIS_SIGMAS = 3.0

@@ -6,18 +6,18 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from ehsid.harness.catalogue.channels import shown_channel
-from ehsid.harness.gap.schema import Diagnosis, NextExperiment, Remark
-from ehsid.harness.records import Origin
-from ehsid.harness.report.gap_brief import told_reasons, told_remarks
-from ehsid.harness.report.gap_facts import change_of, diagnosis_facts
-from ehsid.harness.report.gap_marks import gap_bars, value_table
-from ehsid.harness.report.gap_plots import next_plots, run_blocks
-from ehsid.harness.report.gap_words import SIMULATIONS, VERDICTS
-from ehsid.harness.report.law_section import missing_law_section
-from ehsid.harness.report.named import named_effect
-from ehsid.harness.report.next_words import again_command, experiment_steps, experiment_words
-from ehsid.harness.report.page import (
+from ..catalogue.channels import shown_channel
+from ..gap.schema import Diagnosis, NextExperiment, Remark
+from ..records import Origin
+from .gap_brief import told_reasons, told_remarks
+from .gap_facts import change_of, diagnosis_facts
+from .gap_marks import gap_bars, value_table
+from .gap_plots import next_plots, run_blocks
+from .gap_words import SIMULATIONS, VERDICTS
+from .law_section import missing_law_section
+from .named import named_effect
+from .next_words import again_command, experiment_steps, experiment_words
+from .page import (
     Bars,
     Block,
     Code,
@@ -31,10 +31,10 @@ from ehsid.harness.report.page import (
     Tagged,
     render_page,
 )
-from ehsid.harness.report.reading_section import reading_folded
-from ehsid.harness.report.shares import percent, percent_interval
-from ehsid.harness.report.where_section import where_section
-from ehsid.harness.report.which_section import which_section
+from .reading_section import reading_folded
+from .shares import percent, percent_interval
+from .where_section import where_section
+from .which_section import which_section
 
 
 @dataclass(frozen=True)

@@ -24,14 +24,14 @@ from bokeh.models import (
 )
 from bokeh.plotting import figure
 
-from ehsid.harness.arrays import FloatArray
-from ehsid.harness.catalogue.channels import shown_channel
-from ehsid.harness.gap.schema import HeldOutRun
-from ehsid.harness.records import Record
-from ehsid.harness.report.gap_curves import curves_of
-from ehsid.harness.report.gap_words import SIMULATIONS, first_upper
-from ehsid.harness.report.page import Block, Folded, Heading, Plot
-from ehsid.harness.report.plotting import BLUE, GREEN, INK, VERMILION, kept_samples
+from ..arrays import FloatArray
+from ..catalogue.channels import shown_channel
+from ..gap.schema import HeldOutRun
+from ..records import Record
+from .gap_curves import curves_of
+from .gap_words import SIMULATIONS, first_upper
+from .page import Block, Folded, Heading, Plot
+from .plotting import BLUE, GREEN, INK, VERMILION, kept_samples
 
 COLOURS = {"measured": INK, "nominal": VERMILION, "calibrated": BLUE, "augmented": GREEN}
 DASHES: dict[str, LineDashType] = {

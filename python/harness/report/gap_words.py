@@ -8,12 +8,12 @@ import re
 from collections.abc import Sequence
 from types import MappingProxyType
 
-from ehsid.harness.catalogue.effect_names import effect_name
-from ehsid.harness.catalogue.keys import ParameterKey
-from ehsid.harness.catalogue.parameters import plant_parameters
-from ehsid.harness.catalogue.value_names import SHARE_OF, VALUE_NAMES
-from ehsid.harness.gap.schema import Candidate, Estimate, StandingKind, Verdict
-from ehsid.harness.report.shares import SPACE
+from ..catalogue.effect_names import effect_name
+from ..catalogue.keys import ParameterKey
+from ..catalogue.parameters import plant_parameters
+from ..catalogue.value_names import SHARE_OF, VALUE_NAMES
+from ..gap.schema import Candidate, Estimate, StandingKind, Verdict
+from .shares import SPACE
 
 VERDICTS: MappingProxyType[Verdict, tuple[str, str]] = MappingProxyType(
     {

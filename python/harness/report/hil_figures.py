@@ -11,10 +11,10 @@ import numpy.typing as npt
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from ehsid.harness.arrays import FloatArray
-from ehsid.harness.deploy.hil.comparison import Agreement
-from ehsid.harness.deploy.hil.run import RunResult
-from ehsid.harness.report.plotting import GREEN, GREY, ORANGE, VERMILION, stacked, styled
+from ..arrays import FloatArray
+from ..deploy.hil.comparison import Agreement
+from ..deploy.hil.run import RunResult
+from .plotting import GREEN, GREY, ORANGE, VERMILION, stacked, styled
 
 
 def _time(run: RunResult) -> FloatArray:

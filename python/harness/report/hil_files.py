@@ -7,13 +7,13 @@ import shutil
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 
-from ehsid.harness.deploy.hil.answers import Identity
-from ehsid.harness.deploy.hil.recording import ESTIMATES, RECORD
-from ehsid.harness.deploy.hil.result_file import HilFile, Provenance, Runs, hil_file
-from ehsid.harness.encoding import json_text
-from ehsid.harness.files import write_text
-from ehsid.harness.report.hil_page import hil_page
-from ehsid.harness.report.page import Table, write_page
+from ..deploy.hil.answers import Identity
+from ..deploy.hil.recording import ESTIMATES, RECORD
+from ..deploy.hil.result_file import HilFile, Provenance, Runs, hil_file
+from ..encoding import json_text
+from ..files import write_text
+from .hil_page import hil_page
+from .page import Table, write_page
 
 REPORTS = ("hil.html", "hil.json")
 # First part of the name of the folder that holds the samples of a run that is not finished.

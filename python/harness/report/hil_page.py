@@ -7,12 +7,12 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ehsid.harness.deploy.hil.answers import Identity
-from ehsid.harness.deploy.hil.comparison import rmse
-from ehsid.harness.deploy.hil.result_file import Runs
-from ehsid.harness.report.hil_figures import control_figure, estimates_figure
-from ehsid.harness.report.page import Page, Picture, Section, Table
-from ehsid.harness.report.shares import percent
+from ..deploy.hil.answers import Identity
+from ..deploy.hil.comparison import rmse
+from ..deploy.hil.result_file import Runs
+from .hil_figures import control_figure, estimates_figure
+from .page import Page, Picture, Section, Table
+from .shares import percent
 
 # With a larger share of samples at the command limit, a servo no longer follows its reference.
 MUCH_LIMITED = 0.1

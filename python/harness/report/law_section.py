@@ -6,19 +6,19 @@ from __future__ import annotations
 from bokeh.models import Legend
 from bokeh.plotting import figure
 
-from ehsid.harness.gap.schema import MissingLaw
-from ehsid.harness.report.gap_plots import quiet_axes
-from ehsid.harness.report.gap_words import first_upper
-from ehsid.harness.report.page import Block, Card, Note, Plot, Section
-from ehsid.harness.report.plotting import BLUE, VERMILION
-from ehsid.harness.report.shares import percent
-from ehsid.harness.rigs.table_words import (
+from ..gap.schema import MissingLaw
+from ..rigs.table_words import (
     OF_TERM,
     OF_VARIABLE,
     TERM_WORDS,
     VARIABLE_WORDS,
     table_words,
 )
+from .gap_plots import quiet_axes
+from .gap_words import first_upper
+from .page import Block, Card, Note, Plot, Section
+from .plotting import BLUE, VERMILION
+from .shares import percent
 
 
 def missing_law_section(laws: tuple[MissingLaw, ...]) -> Section:

@@ -7,10 +7,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ehsid.harness.identification.loop import LoopAnalysis, Mode, ProportionalLoop
-from ehsid.harness.plain_number import plain_number
-from ehsid.harness.report.page import Block, Table
-from ehsid.harness.report.plotting import frequency_unit
+from ..identification.loop import LoopAnalysis, Mode, ProportionalLoop
+from ..plain_number import plain_number
+from .page import Block, Table
+from .plotting import frequency_unit
 
 
 def loop_blocks(

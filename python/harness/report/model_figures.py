@@ -7,13 +7,13 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from ehsid.harness.arrays import FloatArray
-from ehsid.harness.estimation import EstimationResult
-from ehsid.harness.estimation.servo import ServoValue
-from ehsid.harness.identification import IdentificationResult
-from ehsid.harness.identification.criteria import diverges
-from ehsid.harness.identification.residuals import IndependenceTest, WhitenessTest
-from ehsid.harness.report.plotting import (
+from ..arrays import FloatArray
+from ..estimation import EstimationResult
+from ..estimation.servo import ServoValue
+from ..identification import IdentificationResult
+from ..identification.criteria import diverges
+from ..identification.residuals import IndependenceTest, WhitenessTest
+from .plotting import (
     BLUE,
     GREEN,
     GREY,

@@ -9,26 +9,26 @@ from typing import Any
 
 from matplotlib.figure import Figure
 
-from ehsid.harness.encoding import to_plain
-from ehsid.harness.estimation import EstimationResult
-from ehsid.harness.estimation.advice import Advice
-from ehsid.harness.files import write_text
-from ehsid.harness.identification import (
+from ..encoding import to_plain
+from ..estimation import EstimationResult
+from ..estimation.advice import Advice
+from ..files import write_text
+from ..identification import (
     IdentificationResult,
     IoData,
     frequency_response,
     power_band,
     response_grid,
 )
-from ehsid.harness.identification.loop import analyse_loop
-from ehsid.harness.identification.systems import to_control
-from ehsid.harness.records import Origin
-from ehsid.harness.records.origin import with_reading
-from ehsid.harness.report.bode import bode_figure
-from ehsid.harness.report.loop_blocks import limit_words
-from ehsid.harness.report.model_figures import estimation_figure, identification_figure
-from ehsid.harness.report.model_file_names import IDENTIFICATION_FILES
-from ehsid.harness.report.plotting import write_figure
+from ..identification.loop import analyse_loop
+from ..identification.systems import to_control
+from ..records import Origin
+from ..records.origin import with_reading
+from .bode import bode_figure
+from .loop_blocks import limit_words
+from .model_figures import estimation_figure, identification_figure
+from .model_file_names import IDENTIFICATION_FILES
+from .plotting import write_figure
 
 
 def write_identification(

@@ -6,15 +6,15 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
-from ehsid.harness.estimation.words import not_white_words, servo_words, state_words
-from ehsid.harness.identification.criteria import simulation_cell, simulation_words
-from ehsid.harness.plain_number import plain_number
-from ehsid.harness.report.text_table import TextTable
+from ..estimation.words import not_white_words, servo_words, state_words
+from ..identification.criteria import simulation_cell, simulation_words
+from ..plain_number import plain_number
+from .text_table import TextTable
 
 if TYPE_CHECKING:
-    from ehsid.harness.estimation import EstimationResult
-    from ehsid.harness.identification import IdentificationResult
-    from ehsid.harness.simulation import SimulationRun
+    from ..estimation import EstimationResult
+    from ..identification import IdentificationResult
+    from ..simulation import SimulationRun
 
 # Numbers of 1e-3 to below 1e5 need no common power of ten.
 LEAST_POWER, MOST_POWER = -3, 4

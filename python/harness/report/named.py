@@ -5,8 +5,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from ehsid.harness.report.gap_words import effect_set, plain_name
-from ehsid.harness.report.page import Tagged
+from .gap_words import effect_set, plain_name
+from .page import Tagged
 
 
 def named_effect(effect: str) -> Tagged:

@@ -7,10 +7,10 @@ import shlex
 from collections.abc import Sequence
 from types import MappingProxyType
 
-from ehsid.harness.catalogue.channels import shown_channel
-from ehsid.harness.gap.schema import Verdict
-from ehsid.harness.report.gap_words import effect_set, first_upper
-from ehsid.harness.report.shares import percent
+from ..catalogue.channels import shown_channel
+from ..gap.schema import Verdict
+from .gap_words import effect_set, first_upper
+from .shares import percent
 
 WHAT_NOW: MappingProxyType[Verdict, str] = MappingProxyType(
     {

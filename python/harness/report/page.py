@@ -14,9 +14,10 @@ from markupsafe import Markup
 from matplotlib.figure import Figure
 
 import ehsid
-from ehsid.harness.files import write_text
-from ehsid.harness.report.picture_data import embedded
-from ehsid.harness.text import printable
+
+from ..files import write_text
+from ..text import printable
+from .picture_data import embedded
 
 if TYPE_CHECKING:
     from bokeh.plotting import figure as bokeh_figure

@@ -6,7 +6,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
-from ehsid.harness.report.page import Block, Link, Page, Picture, Table, Tagged
+from .page import Block, Link, Page, Picture, Table, Tagged
 
 
 def markdown(page: Page, pictures: Sequence[Path]) -> str:

@@ -3,8 +3,8 @@
 
 from __future__ import annotations
 
-from ehsid.harness.records import Origin
-from ehsid.harness.report.page import Block, Folded, Items, Section, Table
+from ..records import Origin
+from .page import Block, Folded, Items, Section, Table
 
 HEADINGS = ("column", "taken for", "unit", "factor", "why")
 

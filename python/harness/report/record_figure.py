@@ -7,10 +7,10 @@ from itertools import groupby
 
 from matplotlib.figure import Figure
 
-from ehsid.harness.catalogue.channels import CHANNELS, Channel
-from ehsid.harness.records import Record
-from ehsid.harness.report.plotting import stacked, styled
-from ehsid.harness.text import printable
+from ..catalogue.channels import CHANNELS, Channel
+from ..records import Record
+from ..text import printable
+from .plotting import stacked, styled
 
 # Columns that are no channels, as far as a page has room for their panels.
 MOST_COLUMNS = 8

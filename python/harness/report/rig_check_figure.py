@@ -8,7 +8,9 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import FixedLocator, FuncFormatter, NullLocator
 
-from ehsid.harness.report.plotting import (
+from ..rig_check import RecordCheck, Status
+from ..text import printable
+from .plotting import (
     BLUE,
     GREY,
     INK,
@@ -17,8 +19,6 @@ from ehsid.harness.report.plotting import (
     kept_samples,
     styled,
 )
-from ehsid.harness.rig_check import RecordCheck, Status
-from ehsid.harness.text import printable
 
 COLOURS = {Status.fits: BLUE, Status.does_not_fit: VERMILION, Status.cannot_be_told: GREY}
 TICKS = (0.25, 0.33, 0.5, 0.67, 0.8, 1.0, 1.25, 1.5, 2.0, 3.0, 4.0)

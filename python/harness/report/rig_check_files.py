@@ -6,10 +6,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
-from ehsid.harness.encoding import json_text
-from ehsid.harness.files import write_text
-from ehsid.harness.rig_check import RecordCheck, rig_check_file
-from ehsid.harness.rigs import Rig
+from ..encoding import json_text
+from ..files import write_text
+from ..rig_check import RecordCheck, rig_check_file
+from ..rigs import Rig
 
 
 def pictures_of(records: int) -> list[str]:
@@ -25,7 +25,7 @@ def files_of(records: int) -> list[str]:
 def write_rig_check(folder: Path, rig: Rig, checks: Sequence[RecordCheck]) -> None:
     """Writes rig_check.json and a picture of each record into a folder that exists."""
     # matplotlib takes a second to import, and the names of the files are needed without pictures.
-    from ehsid.harness.report.rig_check_figure import rig_check_figure
+    from .rig_check_figure import rig_check_figure
 
     write_text(folder / "rig_check.json", json_text(rig_check_file(rig.name, checks)))
     for name, check in zip(pictures_of(len(checks)), checks, strict=True):

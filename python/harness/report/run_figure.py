@@ -7,12 +7,12 @@ from typing import Any
 
 from matplotlib.figure import Figure
 
-from ehsid.harness.catalogue.channels import shown_channel
-from ehsid.harness.gap.schema import HeldOutRun
-from ehsid.harness.report.gap_curves import curves_of
-from ehsid.harness.report.gap_words import SIMULATIONS
-from ehsid.harness.report.plotting import BLUE, GREEN, INK, VERMILION, stacked, styled
-from ehsid.harness.text import printable
+from ..catalogue.channels import shown_channel
+from ..gap.schema import HeldOutRun
+from ..text import printable
+from .gap_curves import curves_of
+from .gap_words import SIMULATIONS
+from .plotting import BLUE, GREEN, INK, VERMILION, stacked, styled
 
 COLOURS = {"nominal": VERMILION, "calibrated": BLUE, "augmented": GREEN}
 STYLES = {"nominal": ":", "calibrated": "--", "augmented": "-"}

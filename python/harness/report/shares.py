@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import math
 
-from ehsid.harness.gap.schema import Estimate
+from ..gap.schema import Estimate
 
 # This space keeps a number and its unit on one line.
 SPACE = "\N{NO-BREAK SPACE}"

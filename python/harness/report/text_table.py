@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from html import escape
 from typing import Literal
 
-from ehsid.harness.text import printable
+from ..text import printable
 
 # Colours of the reader's page, light or dark: the table adds lines and nothing else.
 _CELL = "text-align:{};padding:2px 8px;border-bottom:1px solid rgba(128,128,128,0.35)"

@@ -10,13 +10,13 @@ import numpy.typing as npt
 from bokeh.models import Whisker
 from bokeh.plotting import figure
 
-from ehsid.harness.gap.schema import UnknownInput
-from ehsid.harness.report.gap_plots import quiet_axes
-from ehsid.harness.report.gap_words import first_upper
-from ehsid.harness.report.page import Beside, Block, Card, Note, Plot
-from ehsid.harness.report.plotting import BLUE
-from ehsid.harness.report.shares import percent
-from ehsid.harness.rigs.table_words import OF_TERM, OF_VARIABLE, TERM_WORDS, VARIABLE_WORDS
+from ..gap.schema import UnknownInput
+from ..rigs.table_words import OF_TERM, OF_VARIABLE, TERM_WORDS, VARIABLE_WORDS
+from .gap_plots import quiet_axes
+from .gap_words import first_upper
+from .page import Beside, Block, Card, Note, Plot
+from .plotting import BLUE
+from .shares import percent
 
 # Variables that a table cannot have: words, unit for people, and how many there are in the SI unit.
 FURTHER = {

@@ -5,13 +5,13 @@ from __future__ import annotations
 
 import re
 
-from ehsid.harness.gap.schema import Diagnosis, Where
-from ehsid.harness.report.gap_marks import share_bar, subsystem_bars, timelines
-from ehsid.harness.report.gap_words import first_upper
-from ehsid.harness.report.page import Bars, Beside, Block, Folded, Heading, Note, Section, Table
-from ehsid.harness.report.shares import SPACE, percent
-from ehsid.harness.report.unknown_input_section import unknown_input_card
-from ehsid.harness.rigs.table_words import TERM_WORDS
+from ..gap.schema import Diagnosis, Where
+from ..rigs.table_words import TERM_WORDS
+from .gap_marks import share_bar, subsystem_bars, timelines
+from .gap_words import first_upper
+from .page import Bars, Beside, Block, Folded, Heading, Note, Section, Table
+from .shares import SPACE, percent
+from .unknown_input_section import unknown_input_card
 
 # The space between a number and its unit.
 AT_UNIT = re.compile(r"(?<=\d) (?=(?:m/s|MPa|[mNsV])(?: |$))")

@@ -5,11 +5,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from ehsid.harness.catalogue.keys import ParameterKey
-from ehsid.harness.catalogue.parameters import effects
-from ehsid.harness.gap.schema import Candidate, Diagnosis, FoundEffect
-from ehsid.harness.report.gap_marks import share_bar
-from ehsid.harness.report.gap_words import (
+from ..catalogue.keys import ParameterKey
+from ..catalogue.parameters import effects
+from ..gap.schema import Candidate, Diagnosis, FoundEffect
+from .gap_marks import share_bar
+from .gap_words import (
     STANDINGS,
     candidate_notes,
     chosen,
@@ -20,8 +20,8 @@ from ehsid.harness.report.gap_words import (
     unit_of,
     value_name,
 )
-from ehsid.harness.report.named import named_effect, named_effects
-from ehsid.harness.report.page import (
+from .named import named_effect, named_effects
+from .page import (
     Block,
     Card,
     Code,
@@ -33,7 +33,7 @@ from ehsid.harness.report.page import (
     Table,
     Tagged,
 )
-from ehsid.harness.report.shares import percent
+from .shares import percent
 
 # Number of candidates that the page shows unfolded.
 SHOWN_CANDIDATES = 8

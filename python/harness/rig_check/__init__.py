@@ -4,8 +4,8 @@
 Each check compares one value of the rig with what the record shows of it: `check_rig`.
 """
 
-from ehsid.harness.rig_check.checking import check_rig
-from ehsid.harness.rig_check.finding import (
+from .checking import check_rig
+from .finding import (
     Finding,
     RecordCheck,
     RigCheckFile,

@@ -7,13 +7,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ehsid.harness.arrays import FloatArray
-from ehsid.harness.catalogue.channels import CHAMBER_PRESSURES, COMMAND, POSITION
-from ehsid.harness.gap.data.sensor_floor import sensor_floor
-from ehsid.harness.records import Record
-from ehsid.harness.rig_check.motion import Areas
-from ehsid.harness.rig_check.smooth import Kernel, kernel
-from ehsid.harness.rigs import Rig
+from ..arrays import FloatArray
+from ..catalogue.channels import CHAMBER_PRESSURES, COMMAND, POSITION
+from ..gap.data.sensor_floor import sensor_floor
+from ..records import Record
+from ..rigs import Rig
+from .motion import Areas
+from .smooth import Kernel, kernel
 
 # Durations of the kernel that are tried, s, the shortest first: a longer one has less noise, and
 # less of the fast accelerations.

@@ -8,23 +8,24 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ehsid.harness.catalogue.channels import COMMAND, POSITION, SUPPLY_PRESSURE
-from ehsid.harness.gap.data.gate import usable_part
-from ehsid.harness.gap.data.gate_channels import check_saturated, check_spikes
-from ehsid.harness.gap.data.gate_clock import check_clock, longer
-from ehsid.harness.gap.schema import Remark
-from ehsid.harness.records import Record
-from ehsid.harness.rig_check.balance import moved_mass
-from ehsid.harness.rig_check.edges import Edges, edges
-from ehsid.harness.rig_check.finding import Finding, RecordCheck, Status, judged, untold
-from ehsid.harness.rig_check.limits import (
+from ..catalogue.channels import COMMAND, POSITION, SUPPLY_PRESSURE
+from ..gap.data.gate import usable_part
+from ..gap.data.gate_channels import check_saturated, check_spikes
+from ..gap.data.gate_clock import check_clock, longer
+from ..gap.schema import Remark
+from ..records import Record
+from ..rigs import Rig
+from .balance import moved_mass
+from .edges import Edges, edges
+from .finding import Finding, RecordCheck, Status, judged, untold
+from .limits import (
     command_findings,
     doubted_units,
     measured_supply,
     sign_findings,
     stroke_finding,
 )
-from ehsid.harness.rig_check.motion import (
+from .motion import (
     Areas,
     FlowGain,
     Motion,
@@ -34,8 +35,7 @@ from ehsid.harness.rig_check.motion import (
     has_pressures,
     motion,
 )
-from ehsid.harness.rig_check.ringing import ringing_finding
-from ehsid.harness.rigs import Rig
+from .ringing import ringing_finding
 
 LEAST_SAMPLES = 200
 # How well the comparisons themselves are, relative. Chamber pressures give the flow of each edge,

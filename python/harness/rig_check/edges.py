@@ -17,10 +17,10 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.optimize import brentq
 
-from ehsid.harness.catalogue.channels import SUPPLY_PRESSURE
-from ehsid.harness.records import Record
-from ehsid.harness.rig_check.motion import Areas, FlowGain, Motion, flow_gain, has_pressures
-from ehsid.harness.rigs import Rig
+from ..catalogue.channels import SUPPLY_PRESSURE
+from ..records import Record
+from ..rigs import Rig
+from .motion import Areas, FlowGain, Motion, flow_gain, has_pressures
 
 # The supply pressure is looked for between these multiples of the rig's.
 SUPPLY_RANGE = (0.4, 2.5)

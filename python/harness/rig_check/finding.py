@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import StrEnum
 
-from ehsid.harness.arrays import FloatArray
+from ..arrays import FloatArray
 
 
 class Status(StrEnum):

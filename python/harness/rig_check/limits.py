@@ -7,24 +7,24 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ehsid.harness.catalogue.channels import (
+from ..catalogue.channels import (
     CHAMBER_PRESSURES,
     COMMAND,
     POSITION,
     SPOOL,
     SUPPLY_PRESSURE,
 )
-from ehsid.harness.gap.data.gate_ranges import (
+from ..gap.data.gate_ranges import (
     OTHER_UNIT,
     check_command,
     check_position,
     check_pressures,
 )
-from ehsid.harness.gap.data.gate_signs import check_directions, check_ports
-from ehsid.harness.records import Record
-from ehsid.harness.rig_check.finding import Finding, Status, judged, untold
-from ehsid.harness.rig_check.motion import Motion, has_pressures
-from ehsid.harness.rigs import Rig
+from ..gap.data.gate_signs import check_directions, check_ports
+from ..records import Record
+from ..rigs import Rig
+from .finding import Finding, Status, judged, untold
+from .motion import Motion, has_pressures
 
 # An end is reached where the rod comes nearer than this share of the stroke.
 NEAR_END = 0.02

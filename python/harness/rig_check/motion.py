@@ -9,12 +9,12 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from ehsid.harness.arrays import FloatArray
-from ehsid.harness.catalogue.channels import CHAMBER_PRESSURES, COMMAND, POSITION, SUPPLY_PRESSURE
-from ehsid.harness.gap.data.gate_signs import correlation
-from ehsid.harness.records import Record
-from ehsid.harness.rig_check.smooth import Kernel, kernel
-from ehsid.harness.rigs import Rig
+from ..arrays import FloatArray
+from ..catalogue.channels import CHAMBER_PRESSURES, COMMAND, POSITION, SUPPLY_PRESSURE
+from ..gap.data.gate_signs import correlation
+from ..records import Record
+from ..rigs import Rig
+from .smooth import Kernel, kernel
 
 # Duration of the kernel, s: above the noise of usual sensors, below the period of usual commands.
 SMOOTHED_S = 0.04

@@ -8,13 +8,13 @@ import math
 import numpy as np
 from scipy.signal import welch
 
-from ehsid.harness.arrays import FloatArray
-from ehsid.harness.catalogue.channels import CHAMBER_PRESSURES, POSITION
-from ehsid.harness.gap.data.oil_spring import oil_spring_hz
-from ehsid.harness.records import Record
-from ehsid.harness.rig_check.finding import Finding, judged, untold
-from ehsid.harness.rig_check.motion import areas, has_pressures
-from ehsid.harness.rigs import Rig
+from ..arrays import FloatArray
+from ..catalogue.channels import CHAMBER_PRESSURES, POSITION
+from ..gap.data.oil_spring import oil_spring_hz
+from ..records import Record
+from ..rigs import Rig
+from .finding import Finding, judged, untold
+from .motion import areas, has_pressures
 
 # A ringing is looked for between these multiples of the expected frequency.
 SEARCHED = (0.35, 2.8)

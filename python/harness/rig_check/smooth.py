@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.signal import fftconvolve
 
-from ehsid.harness.arrays import FloatArray
+from ..arrays import FloatArray
 
 
 @dataclass(frozen=True, eq=False)

@@ -7,10 +7,10 @@
 >>> rig.with_values({"effects.coulomb_friction.force_n": 400.0})
 """
 
-from ehsid.harness.records import ColumnMap
-from ehsid.harness.rigs.errors import RigError
-from ehsid.harness.rigs.reading import parse_rig, read_rig
-from ehsid.harness.rigs.rig import Rig
-from ehsid.harness.rigs.writing import rig_text, write_rig
+from ..records import ColumnMap
+from .errors import RigError
+from .reading import parse_rig, read_rig
+from .rig import Rig
+from .writing import rig_text, write_rig
 
 __all__ = ["ColumnMap", "Rig", "RigError", "parse_rig", "read_rig", "rig_text", "write_rig"]

@@ -6,11 +6,11 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
-from ehsid.harness.rigs.commented import commented_text
-from ehsid.harness.rigs.new import Entry, axis_entries, ehs_entries
-from ehsid.harness.rigs.quantities import Quantity, read_quantity
-from ehsid.harness.rigs.questions import EXAMPLES, QUESTIONS
-from ehsid.harness.rigs.reading import parse_rig
+from .commented import commented_text
+from .new import Entry, axis_entries, ehs_entries
+from .quantities import Quantity, read_quantity
+from .questions import EXAMPLES, QUESTIONS
+from .reading import parse_rig
 
 # Answers of which one alone says nothing.
 PAIRS = (("line-length", "line-bore"), ("accumulator-volume", "accumulator-precharge"))

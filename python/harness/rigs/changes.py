@@ -6,7 +6,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from ehsid.harness.rigs.rig import Rig
+from .rig import Rig
 
 
 @dataclass(frozen=True)

@@ -9,16 +9,17 @@ from collections.abc import Iterable, Mapping
 from typing import Any
 
 import ehsid
-from ehsid.harness.catalogue.channels import CHANNELS
-from ehsid.harness.catalogue.keys import ParameterKey
-from ehsid.harness.catalogue.parameters import (
+
+from ..catalogue.channels import CHANNELS
+from ..catalogue.keys import ParameterKey
+from ..catalogue.parameters import (
     acts_on,
     belongs_to,
     effects,
     names_of,
     plant_parameters,
 )
-from ehsid.harness.records.errors import nearest_name
+from ..records.errors import nearest_name
 
 HIDDEN_SPOOL = "nuisance.spool_bandwidth_hz"
 

@@ -7,9 +7,9 @@ from collections.abc import Sequence
 
 import tomli_w
 
-from ehsid.harness.catalogue.parameters import plant_parameters
-from ehsid.harness.rigs.new import Entry
-from ehsid.harness.text import printable
+from ..catalogue.parameters import plant_parameters
+from ..text import printable
+from .new import Entry
 
 WIDTH = 43
 

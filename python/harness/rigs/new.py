@@ -7,11 +7,11 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from ehsid.harness.catalogue.parameters import plant_parameters
-from ehsid.harness.rigs import typical
-from ehsid.harness.rigs.errors import RigError
-from ehsid.harness.rigs.quantities import Quantity
-from ehsid.harness.rigs.typical import Typical
+from ..catalogue.parameters import plant_parameters
+from . import typical
+from .errors import RigError
+from .quantities import Quantity
+from .typical import Typical
 
 # Relative 1-sigma of what is given, with the reason.
 GIVEN = {

@@ -5,8 +5,8 @@ from __future__ import annotations
 
 from importlib.resources import files
 
-from ehsid.harness.rigs.reading import parse_rig
-from ehsid.harness.rigs.rig import Rig
+from .reading import parse_rig
+from .rig import Rig
 
 NAME = "published.toml"
 

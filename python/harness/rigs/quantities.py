@@ -11,8 +11,8 @@ from functools import cache
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
-from ehsid.harness.records.layout import define_gauges, is_unit
-from ehsid.harness.rigs.checks import LARGEST_SIGMA
+from ..records.layout import define_gauges, is_unit
+from .checks import LARGEST_SIGMA
 
 if TYPE_CHECKING:
     import pint

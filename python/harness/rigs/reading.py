@@ -8,17 +8,17 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, cast
 
-from ehsid.harness.catalogue.channels import CHANNELS
-from ehsid.harness.catalogue.keys import effect_values
-from ehsid.harness.catalogue.parameters import (
+from ..catalogue.channels import CHANNELS
+from ..catalogue.keys import effect_values
+from ..catalogue.parameters import (
     PLANTS,
     effects,
     parameter_keys,
 )
-from ehsid.harness.records import ColumnMap
-from ehsid.harness.records.errors import nearest_name
-from ehsid.harness.records.layout import is_convertible, usual_units
-from ehsid.harness.rigs.checks import (
+from ..records import ColumnMap
+from ..records.errors import nearest_name
+from ..records.layout import is_convertible, usual_units
+from .checks import (
     check_complete,
     check_relations,
     check_sensors,
@@ -28,10 +28,10 @@ from ehsid.harness.rigs.checks import (
     unknown_effect,
     value_text,
 )
-from ehsid.harness.rigs.errors import RigError
-from ehsid.harness.rigs.rig import PlantName, Rig
-from ehsid.harness.rigs.table_law import parse_tables
-from ehsid.harness.rigs.toml_text import parse_toml, read_text
+from .errors import RigError
+from .rig import PlantName, Rig
+from .table_law import parse_tables
+from .toml_text import parse_toml, read_text
 
 TABLES = ("uncertainty", "sensors", "effects", "columns")
 

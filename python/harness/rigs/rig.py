@@ -11,16 +11,16 @@ from typing import Any, Literal
 import numpy as np
 import numpy.typing as npt
 
-from ehsid.harness.catalogue.keys import ParameterKey
-from ehsid.harness.catalogue.parameters import (
+from ..catalogue.keys import ParameterKey
+from ..catalogue.parameters import (
     DEFAULT_EFFECT_UNCERTAINTY,
     DEFAULT_UNCERTAINTY,
     parameter_keys,
     plant_parameters,
 )
-from ehsid.harness.records import ColumnMap
-from ehsid.harness.rigs.errors import RigError
-from ehsid.harness.rigs.table_law import TableLaw
+from ..records import ColumnMap
+from .errors import RigError
+from .table_law import TableLaw
 
 PlantName = Literal["ehs", "axis", "linear"]
 
@@ -74,7 +74,7 @@ class Rig:
             the plant does not have a name, a value is outside its range, or values contradict
             each other.
         """
-        from ehsid.harness.rigs.checks import check_complete, check_relations, check_values
+        from .checks import check_complete, check_relations, check_values
 
         all_values = {**self.values, **values}
         problems = check_values(values) + check_complete(all_values, self.plant)

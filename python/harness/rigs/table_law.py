@@ -11,7 +11,8 @@ from dataclasses import dataclass
 from typing import Any
 
 import ehsid
-from ehsid.harness.rigs.checks import not_a_number, unknown, value_text
+
+from .checks import not_a_number, unknown, value_text
 
 EQUATIONS, VARIABLES = ehsid.plant_tables()
 # Section of the rig file below which each table has a section with its name.

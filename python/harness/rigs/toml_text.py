@@ -8,9 +8,9 @@ import tomllib
 from pathlib import Path
 from typing import Any
 
-from ehsid.harness.records import RecordError
-from ehsid.harness.records.limits import Limit, read_file
-from ehsid.harness.rigs.errors import RigError
+from ..records import RecordError
+from ..records.limits import Limit, read_file
+from .errors import RigError
 
 RIG_BYTES = Limit("EHSID_MAX_RIG_BYTES", 2**20, "bytes")
 # More dots than this are in no key of a rig. The parser takes time with the square of their number.

@@ -9,9 +9,9 @@ from typing import Any
 
 import tomli_w
 
-from ehsid.harness.files import write_text
-from ehsid.harness.rigs.errors import RigError
-from ehsid.harness.rigs.rig import Rig
+from ..files import write_text
+from .errors import RigError
+from .rig import Rig
 
 
 def rig_text(rig: Rig) -> str:

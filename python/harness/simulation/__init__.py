@@ -5,19 +5,19 @@
 >>> run.record.column("position_m")
 """
 
-from ehsid.harness.simulation.closed_loop import ClosedLoopRun, simulate_closed_loop
-from ehsid.harness.simulation.controller import (
+from .closed_loop import ClosedLoopRun, simulate_closed_loop
+from .controller import (
     PositionController,
     command_limit,
     suggested_controller,
     velocity_gain,
     with_integral,
 )
-from ehsid.harness.simulation.inside import inside_stroke
-from ehsid.harness.simulation.outputs import draw_noise
-from ehsid.harness.simulation.run import SimulationError, SimulationRun, simulate
-from ehsid.harness.simulation.settings import parse_settings
-from ehsid.harness.simulation.windows import WindowedRun, measured_states, simulate_windows
+from .inside import inside_stroke
+from .outputs import draw_noise
+from .run import SimulationError, SimulationRun, simulate
+from .settings import parse_settings
+from .windows import WindowedRun, measured_states, simulate_windows
 
 __all__ = [
     "ClosedLoopRun",

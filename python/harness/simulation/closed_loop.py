@@ -9,11 +9,11 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from ehsid.harness.arrays import FloatArray
-from ehsid.harness.rigs import Rig
-from ehsid.harness.simulation.controller import PositionController
-from ehsid.harness.simulation.outputs import OUTPUTS, QUANTISATION
-from ehsid.harness.simulation.run import (
+from ..arrays import FloatArray
+from ..rigs import Rig
+from .controller import PositionController
+from .outputs import OUTPUTS, QUANTISATION
+from .run import (
     Progress,
     SimulationError,
     SimulationRun,

@@ -6,7 +6,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, replace
 
-from ehsid.harness.rigs import Rig
+from ..rigs import Rig
 
 ATMOSPHERE_PA = 101325.0
 

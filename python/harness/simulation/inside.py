@@ -5,10 +5,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from ehsid.harness.arrays import FloatArray
-from ehsid.harness.excitation import travel
-from ehsid.harness.rigs import Rig
-from ehsid.harness.simulation.controller import velocity_gain
+from ..arrays import FloatArray
+from ..excitation import travel
+from ..rigs import Rig
+from .controller import velocity_gain
 
 # Of the way to an end of the stroke: the speed differs between the directions.
 USED = 0.7

@@ -5,12 +5,12 @@ from __future__ import annotations
 
 import numpy as np
 
-from ehsid.harness.arrays import FloatArray
-from ehsid.harness.catalogue.channels import COMMAND
-from ehsid.harness.records import Record
-from ehsid.harness.records.gaps import mend_of_gaps, pieces_in_words
-from ehsid.harness.rigs import Rig
-from ehsid.harness.simulation.controller import command_limit
+from ..arrays import FloatArray
+from ..catalogue.channels import COMMAND
+from ..records import Record
+from ..records.gaps import mend_of_gaps, pieces_in_words
+from ..rigs import Rig
+from .controller import command_limit
 
 # A logged command may be beyond the rated one, where the valve is fully open. One that is so far
 # beyond it is in another unit.

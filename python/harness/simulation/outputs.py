@@ -9,11 +9,12 @@ from types import MappingProxyType
 import numpy as np
 
 import ehsid
-from ehsid.harness.arrays import FloatArray
-from ehsid.harness.catalogue.channels import CHANNELS
-from ehsid.harness.catalogue.keys import ParameterKey
-from ehsid.harness.catalogue.parameters import PLANTS
-from ehsid.harness.rigs import Rig
+
+from ..arrays import FloatArray
+from ..catalogue.channels import CHANNELS
+from ..catalogue.keys import ParameterKey
+from ..catalogue.parameters import PLANTS
+from ..rigs import Rig
 
 # Columns of the output arrays of ehsid.simulate_plant and ehsid.Plant.
 OUTPUTS = ehsid.plant_outputs()

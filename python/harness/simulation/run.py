@@ -11,12 +11,13 @@ import numpy as np
 import numpy.typing as npt
 
 import ehsid
-from ehsid.harness.arrays import FloatArray, masked_count
-from ehsid.harness.catalogue.keys import ParameterKey
-from ehsid.harness.records import Record, make_record
-from ehsid.harness.rigs import Rig
-from ehsid.harness.rigs.checks import check_relations, check_values
-from ehsid.harness.simulation.outputs import QUANTISATION, as_measured, columns_of
+
+from ..arrays import FloatArray, masked_count
+from ..catalogue.keys import ParameterKey
+from ..records import Record, make_record
+from ..rigs import Rig
+from ..rigs.checks import check_relations, check_values
+from .outputs import QUANTISATION, as_measured, columns_of
 
 Progress = Callable[[float], None]
 

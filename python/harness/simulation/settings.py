@@ -5,9 +5,9 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from ehsid.harness.catalogue.keys import ParameterKey
-from ehsid.harness.rigs import RigError
-from ehsid.harness.rigs.checks import check_values
+from ..catalogue.keys import ParameterKey
+from ..rigs import RigError
+from ..rigs.checks import check_values
 
 
 def parse_settings(texts: Iterable[str]) -> dict[str, float]:

@@ -8,11 +8,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ehsid.harness.arrays import FloatArray
-from ehsid.harness.excitation import fit_to_travel, named_signal
-from ehsid.harness.records.limits import SAMPLES
-from ehsid.harness.rigs import Rig
-from ehsid.harness.simulation.controller import (
+from ..arrays import FloatArray
+from ..excitation import fit_to_travel, named_signal
+from ..records.limits import SAMPLES
+from ..rigs import Rig
+from .controller import (
     PositionController,
     command_limit,
     velocity_gain,

@@ -16,12 +16,13 @@ import numpy.typing as npt
 from scipy.signal import savgol_filter
 
 import ehsid
-from ehsid.harness.arrays import FloatArray
-from ehsid.harness.catalogue.parameters import plant_parameters
-from ehsid.harness.records import Record
-from ehsid.harness.rigs import Rig
-from ehsid.harness.simulation.outputs import OUTPUTS_OF
-from ehsid.harness.simulation.run import prepare
+
+from ..arrays import FloatArray
+from ..catalogue.parameters import plant_parameters
+from ..records import Record
+from ..rigs import Rig
+from .outputs import OUTPUTS_OF
+from .run import prepare
 
 # States that can be set at the start of a window, in the order of `aligned` in ehsid.simulate_plant
 STATES = ("position_m", "velocity_m_s", "pressure_a_pa", "pressure_b_pa")

@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 import scipy.stats
 
-from ehsid.harness.encoding import to_plain
-from ehsid.harness.identification import (
+from ..encoding import to_plain
+from ..identification import (
     ArxModel,
     IdentificationError,
     IdentificationResult,
@@ -24,9 +24,9 @@ from ehsid.harness.identification import (
     identify,
     preprocess,
 )
-from ehsid.harness.identification.data import ROUNDING
-from ehsid.harness.identification.order_rules import orders_added
-from ehsid.harness.studies.problems import Finding, Problem, model_problems
+from ..identification.data import ROUNDING
+from ..identification.order_rules import orders_added
+from .problems import Finding, Problem, model_problems
 
 # One-sided confidence level at which one attempt counts as better than another. The choice of the
 # delay uses the same level.

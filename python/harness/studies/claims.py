@@ -21,20 +21,21 @@ import numpy as np
 import numpy.typing as npt
 
 import ehsid
-from ehsid.harness.arrays import FloatArray
-from ehsid.harness.excitation import multisine, prbs, random_steps
-from ehsid.harness.identification import ArxOrders
-from ehsid.harness.parallel import Progress, run_tasks
-from ehsid.harness.studies.comparison import PLAIN, Contender, Setting, known_records, run_contender
-from ehsid.harness.studies.evidence import (
+
+from ..arrays import FloatArray
+from ..excitation import multisine, prbs, random_steps
+from ..identification import ArxOrders
+from ..parallel import Progress, run_tasks
+from .comparison import PLAIN, Contender, Setting, known_records, run_contender
+from .evidence import (
     Comparison,
     Finding,
     Interval,
     claim_lower,
     median_interval,
 )
-from ehsid.harness.studies.known_plant import KnownPlant
-from ehsid.harness.studies.published import DT_S, DURATION_S, MODEL_16
+from .known_plant import KnownPlant
+from .published import DT_S, DURATION_S, MODEL_16
 
 ORDERS = ArxOrders(3, 3, 1)
 SAMPLES = round(DURATION_S / DT_S)

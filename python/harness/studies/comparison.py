@@ -10,9 +10,10 @@ import numpy as np
 import numpy.typing as npt
 
 import ehsid
-from ehsid.harness.arrays import FloatArray
-from ehsid.harness.identification import ArxOrders
-from ehsid.harness.studies.known_plant import KnownPlant
+
+from ..arrays import FloatArray
+from ..identification import ArxOrders
+from .known_plant import KnownPlant
 
 Samples = tuple[FloatArray, FloatArray]
 

@@ -11,13 +11,14 @@ import numpy as np
 import numpy.typing as npt
 
 import ehsid
-from ehsid.harness.arrays import FloatArray
-from ehsid.harness.deploy.export.configuration import EstimatorConfiguration
-from ehsid.harness.deploy.export.seeding import configure_from_record
-from ehsid.harness.identification import IoData
-from ehsid.harness.studies import MODEL_16, KnownPlant
-from ehsid.harness.studies.claims import ORDERS, SAMPLES, Input, excite
-from ehsid.harness.studies.comparison import Samples, known_records, settling
+
+from ..arrays import FloatArray
+from ..deploy.export.configuration import EstimatorConfiguration
+from ..deploy.export.seeding import configure_from_record
+from ..identification import IoData
+from . import MODEL_16, KnownPlant
+from .claims import ORDERS, SAMPLES, Input, excite
+from .comparison import Samples, known_records, settling
 
 ALL = slice(None)
 B = slice(ORDERS.na, None)

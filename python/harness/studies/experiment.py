@@ -9,16 +9,16 @@ from functools import partial
 
 import numpy as np
 
-from ehsid.harness.identification import ArxModel
-from ehsid.harness.identification.loop import LoopAnalysis, analyse_loop
-from ehsid.harness.identification.systems import arx_system
-from ehsid.harness.records import Record
-from ehsid.harness.rigs import Rig
-from ehsid.harness.studies.claims import ORDERS, Input, Judged, ResetJudged, map_claims, map_resets
-from ehsid.harness.studies.comparison import Samples, Setting, run_contender
-from ehsid.harness.studies.published import DT_S, MODEL_16, RECURSIVE
-from ehsid.harness.studies.reading import Reading, RigReading, read_over_time, read_rig_values
-from ehsid.harness.studies.recursive import (
+from ..identification import ArxModel
+from ..identification.loop import LoopAnalysis, analyse_loop
+from ..identification.systems import arx_system
+from ..records import Record
+from ..rigs import Rig
+from .claims import ORDERS, Input, Judged, ResetJudged, map_claims, map_resets
+from .comparison import Samples, Setting, run_contender
+from .published import DT_S, MODEL_16, RECURSIVE
+from .reading import Reading, RigReading, read_over_time, read_rig_values
+from .recursive import (
     CONTENDERS,
     Changed,
     Recursive,
@@ -28,8 +28,8 @@ from ehsid.harness.studies.recursive import (
     on_rig,
     setting_of,
 )
-from ehsid.harness.studies.sampled_servo import SampledServo, sample_again
-from ehsid.harness.studies.verdicts import ClaimVerdict, verdicts
+from .sampled_servo import SampledServo, sample_again
+from .verdicts import ClaimVerdict, verdicts
 
 VAGUE = 1e6
 TRUSTED = 1e-2

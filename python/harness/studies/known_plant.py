@@ -9,8 +9,8 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.signal import lfilter, lfiltic
 
-from ehsid.harness.arrays import FloatArray
-from ehsid.harness.identification import ArxOrders
+from ..arrays import FloatArray
+from ..identification import ArxOrders
 
 
 @dataclass(frozen=True, eq=False)

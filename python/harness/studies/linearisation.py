@@ -14,11 +14,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ehsid.harness.excitation import odd_multisine
-from ehsid.harness.identification import FrequencyResponse
-from ehsid.harness.rigs import Rig
-from ehsid.harness.simulation import SimulationError
-from ehsid.harness.simulation.run import prepare
+from ..excitation import odd_multisine
+from ..identification import FrequencyResponse
+from ..rigs import Rig
+from ..simulation import SimulationError
+from ..simulation.run import prepare
 
 PERIOD = 400  # samples
 MOST_PERIODS = 60

@@ -6,8 +6,8 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import replace
 
-from ehsid.harness.studies.attempts import Attempt, Settings
-from ehsid.harness.studies.problems import Problem
+from .attempts import Attempt, Settings
+from .problems import Problem
 
 HIGHEST_ORDER = 6
 MORE_DELAYS = 5

@@ -11,7 +11,7 @@ from enum import StrEnum
 import numpy as np
 import scipy.stats
 
-from ehsid.harness.identification import (
+from ..identification import (
     ArxModel,
     IdentificationResult,
     IoData,

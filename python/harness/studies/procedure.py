@@ -8,8 +8,8 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
-from ehsid.harness.encoding import to_plain
-from ehsid.harness.identification import (
+from ..encoding import to_plain
+from ..identification import (
     Agreement,
     EstimatedResponse,
     FrequencyResponse,
@@ -23,11 +23,11 @@ from ehsid.harness.identification import (
     power_band,
     response_grid,
 )
-from ehsid.harness.identification.loop import LoopAnalysis, analyse_loop
-from ehsid.harness.identification.systems import to_control
-from ehsid.harness.studies.attempts import Attempt, Settings, attempt, better
-from ehsid.harness.studies.moves import MOVES
-from ehsid.harness.studies.problems import Finding, record_problems
+from ..identification.loop import LoopAnalysis, analyse_loop
+from ..identification.systems import to_control
+from .attempts import Attempt, Settings, attempt, better
+from .moves import MOVES
+from .problems import Finding, record_problems
 
 
 @dataclass(frozen=True, eq=False)

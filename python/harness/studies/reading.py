@@ -10,9 +10,10 @@ from dataclasses import dataclass
 import numpy as np
 
 import ehsid
-from ehsid.harness.arrays import FloatArray
-from ehsid.harness.rigs import Rig
-from ehsid.harness.studies.comparison import Contender, Samples, Setting
+
+from ..arrays import FloatArray
+from ..rigs import Rig
+from .comparison import Contender, Samples, Setting
 
 Triple = tuple[float, float, float]  # value, low, high
 

@@ -16,12 +16,13 @@ import numpy as np
 from scipy.optimize import brentq
 
 import ehsid
-from ehsid.harness.arrays import FloatArray
-from ehsid.harness.identification import ArxModel, ArxOrders, IoData, fit_arx, fit_percent, simulate
-from ehsid.harness.parallel import Progress, run_tasks
-from ehsid.harness.rigs import Rig
-from ehsid.harness.studies.claims import ORDERS, SAMPLES, Input, excite
-from ehsid.harness.studies.comparison import (
+
+from ..arrays import FloatArray
+from ..identification import ArxModel, ArxOrders, IoData, fit_arx, fit_percent, simulate
+from ..parallel import Progress, run_tasks
+from ..rigs import Rig
+from .claims import ORDERS, SAMPLES, Input, excite
+from .comparison import (
     PLAIN,
     Contender,
     Outcome,
@@ -31,10 +32,10 @@ from ehsid.harness.studies.comparison import (
     known_records,
     run_contender,
 )
-from ehsid.harness.studies.known_plant import KnownPlant
-from ehsid.harness.studies.published import MODEL_16
-from ehsid.harness.studies.published import ORDERS as PUBLISHED_ORDERS
-from ehsid.harness.studies.rig_records import changed_record, rig_record
+from .known_plant import KnownPlant
+from .published import MODEL_16
+from .published import ORDERS as PUBLISHED_ORDERS
+from .rig_records import changed_record, rig_record
 
 CHANGE = SAMPLES // 2
 # Factor on all b parameters of the known plant at the change.

@@ -9,15 +9,16 @@ import numpy as np
 from scipy.optimize import brentq
 
 import ehsid
-from ehsid.harness.arrays import FloatArray
-from ehsid.harness.excitation import multisine
-from ehsid.harness.records import Record, make_record
-from ehsid.harness.rigs import Rig
-from ehsid.harness.simulation import draw_noise, simulate
-from ehsid.harness.simulation.outputs import as_measured, columns_of
-from ehsid.harness.simulation.run import prepare
-from ehsid.harness.simulation.windows import STATES
-from ehsid.harness.studies.published import DT_S, DURATION_S
+
+from ..arrays import FloatArray
+from ..excitation import multisine
+from ..records import Record, make_record
+from ..rigs import Rig
+from ..simulation import draw_noise, simulate
+from ..simulation.outputs import as_measured, columns_of
+from ..simulation.run import prepare
+from ..simulation.windows import STATES
+from .published import DT_S, DURATION_S
 
 SAMPLES = round(DURATION_S / DT_S)
 BAND_HZ = (0.05, 5.0)

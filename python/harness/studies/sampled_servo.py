@@ -9,9 +9,10 @@ import control
 import numpy as np
 
 import ehsid
-from ehsid.harness.arrays import FloatArray
-from ehsid.harness.identification.systems import servo_system
-from ehsid.harness.studies.reading import Reading
+
+from ..arrays import FloatArray
+from ..identification.systems import servo_system
+from .reading import Reading
 
 
 @dataclass(frozen=True, eq=False)

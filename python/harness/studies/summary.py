@@ -7,10 +7,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ehsid.harness.studies.claims import SETTLED
-from ehsid.harness.studies.comparison import Outcome
-from ehsid.harness.studies.evidence import Interval, median_interval
-from ehsid.harness.studies.recursive import Changed
+from .claims import SETTLED
+from .comparison import Outcome
+from .evidence import Interval, median_interval
+from .recursive import Changed
 
 TIMES_S = (5.0, 20.0, 50.0, 100.0)
 

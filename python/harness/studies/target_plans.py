@@ -9,13 +9,14 @@ from dataclasses import replace
 import numpy as np
 
 import ehsid
-from ehsid.harness.deploy.hil.plan import WATCHDOG_MS, Plan, open_plan
-from ehsid.harness.rigs import Rig
-from ehsid.harness.simulation import PositionController, draw_noise
-from ehsid.harness.studies.comparison import Contender
-from ehsid.harness.studies.published import DT_S
-from ehsid.harness.studies.recursive import CONTENDERS
-from ehsid.harness.studies.rig_records import SAMPLES, excitation_of, trim
+
+from ..deploy.hil.plan import WATCHDOG_MS, Plan, open_plan
+from ..rigs import Rig
+from ..simulation import PositionController, draw_noise
+from .comparison import Contender
+from .published import DT_S
+from .recursive import CONTENDERS
+from .rig_records import SAMPLES, excitation_of, trim
 
 MASS = "load.mass_kg"
 # Names of the contenders by the folder of their run.

@@ -7,8 +7,8 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
 
-from ehsid.harness.studies.claims import Judged, ResetJudged
-from ehsid.harness.studies.evidence import Comparison, Finding
+from .claims import Judged, ResetJudged
+from .evidence import Comparison, Finding
 
 # A claim holds if it holds in at least this share of the conditions. It fails if it holds in at
 # most one minus this share.

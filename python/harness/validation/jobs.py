@@ -10,13 +10,13 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from ehsid.harness.error_words import error_words, fault_words
-from ehsid.harness.files import FULL, result_folder, temporary_folder
-from ehsid.harness.gap.options import DEFAULTS, DiagnosisOptions
-from ehsid.harness.gap.schema import Diagnosis
-from ehsid.harness.parallel import run_unordered, workers
-from ehsid.harness.records import Record
-from ehsid.harness.rigs import Rig
+from ..error_words import error_words, fault_words
+from ..files import FULL, result_folder, temporary_folder
+from ..gap.options import DEFAULTS, DiagnosisOptions
+from ..gap.schema import Diagnosis
+from ..parallel import run_unordered, workers
+from ..records import Record
+from ..rigs import Rig
 
 DIAGNOSIS = "diagnosis.json"
 ERROR = "error.txt"

@@ -7,10 +7,10 @@ from typing import Any
 
 import panel as pn
 
-from ehsid.harness.app import look
-from ehsid.harness.app.live.layout import in_columns
-from ehsid.harness.app.live.settings import MACHINES, POLICIES, SIGNALS, LiveSettings
-from ehsid.harness.app.workbench import Workbench
+from .. import look
+from ..workbench import Workbench
+from .layout import in_columns
+from .settings import MACHINES, POLICIES, SIGNALS, LiveSettings
 
 PUBLISHED, OTHER = "published experiment", "another rig file"
 TARGETS = {"serial port or address": False, "firmware in QEMU": True}

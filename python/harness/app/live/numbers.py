@@ -8,13 +8,13 @@ from pathlib import Path
 
 import msgspec
 
-from ehsid.harness.app import look
-from ehsid.harness.app.jobs import State
-from ehsid.harness.app.live.told import COLUMNS, Told
-from ehsid.harness.app.live.windows import rate
-from ehsid.harness.app.live.words import status_words
-from ehsid.harness.arrays import FloatArray
-from ehsid.harness.encoding import from_json
+from ...arrays import FloatArray
+from ...encoding import from_json
+from .. import look
+from ..jobs import State
+from .told import COLUMNS, Told
+from .windows import rate
+from .words import status_words
 
 RESULT_FILES = {
     "hil.html": "report, to be sent and read without ehsid",

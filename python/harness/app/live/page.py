@@ -11,26 +11,26 @@ from typing import Any
 
 import panel as pn
 
-from ehsid.harness.app import look
-from ehsid.harness.app.jobs import State
-from ehsid.harness.app.live.form import LiveForm
-from ehsid.harness.app.live.numbers import (
+from ...deploy.hil.faults import TO_HOST, TO_TARGET
+from ...error_words import error_words
+from .. import look
+from ..jobs import State
+from ..workbench import ERRORS
+from .form import LiveForm
+from .numbers import (
     ended_html,
     events_html,
     numbers_html,
     state_words,
     tidy,
 )
-from ehsid.harness.app.live.plots import COLUMNS, LivePlots
-from ehsid.harness.app.live.ring import RingReader
-from ehsid.harness.app.live.runs import LiveRuns
-from ehsid.harness.app.live.settings import command, python
-from ehsid.harness.app.live.told import RING, Told, read_told
-from ehsid.harness.app.live.windows import drawn
-from ehsid.harness.app.live.words import FAULTS
-from ehsid.harness.app.workbench import ERRORS
-from ehsid.harness.deploy.hil.faults import TO_HOST, TO_TARGET
-from ehsid.harness.error_words import error_words
+from .plots import COLUMNS, LivePlots
+from .ring import RingReader
+from .runs import LiveRuns
+from .settings import command, python
+from .told import RING, Told, read_told
+from .windows import drawn
+from .words import FAULTS
 
 PERIOD_MS = 200
 WINDOWS = {"the last 5 s": 5.0, "the last 20 s": 20.0, "the last 2 min": 120.0,

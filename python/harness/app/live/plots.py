@@ -7,10 +7,10 @@ import panel as pn
 from bokeh.models import Band, ColumnDataSource, Range1d
 from bokeh.plotting import figure
 
-from ehsid.harness.app import look
-from ehsid.harness.app.live.layout import in_columns
-from ehsid.harness.app.live.windows import DRAWN, Drawn, span
-from ehsid.harness.app.live.words import parameter_unit
+from .. import look
+from .layout import in_columns
+from .windows import DRAWN, Drawn, span
+from .words import parameter_unit
 
 COLUMNS = 400  # pixel columns that are filled
 # Plots of signals: label of the axis, and for each line its name, its column and its factor.

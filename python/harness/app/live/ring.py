@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
-from ehsid.harness.arrays import FloatArray
+from ...arrays import FloatArray
 
 ROWS = 65536
 

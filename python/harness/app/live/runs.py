@@ -20,15 +20,15 @@ from pathlib import Path
 
 import msgspec
 
-from ehsid.harness.app.jobs import Job
-from ehsid.harness.app.live.settings import LiveSettings, read_settings
-from ehsid.harness.app.live.task import RESULT, live_task
-from ehsid.harness.app.live.told import RING
-from ehsid.harness.app.session import Session
-from ehsid.harness.app.workbench import ERRORS, LIVE, Workbench
-from ehsid.harness.encoding import from_json
-from ehsid.harness.files import free_folder, write_text
-from ehsid.harness.rigs.published import published_text
+from ...encoding import from_json
+from ...files import free_folder, write_text
+from ...rigs.published import published_text
+from ..jobs import Job
+from ..session import Session
+from ..workbench import ERRORS, LIVE, Workbench
+from .settings import LiveSettings, read_settings
+from .task import RESULT, live_task
+from .told import RING
 
 SETTINGS = "settings.json"
 # Files of a run that the page may fetch.

@@ -12,13 +12,14 @@ from typing import Any
 import msgspec
 
 import ehsid
-from ehsid.harness.deploy.hil.emulator import MACHINE
-from ehsid.harness.deploy.hil.loop import LoopRun
-from ehsid.harness.deploy.hil.plan import THIRD_ORDER, WATCHDOG_MS
-from ehsid.harness.rigs import Rig, read_rig
-from ehsid.harness.rigs.published import published_rig
-from ehsid.harness.simulation import parse_settings
-from ehsid.harness.simulation.signal_options import SignalOptions
+
+from ...deploy.hil.emulator import MACHINE
+from ...deploy.hil.loop import LoopRun
+from ...deploy.hil.plan import THIRD_ORDER, WATCHDOG_MS
+from ...rigs import Rig, read_rig
+from ...rigs.published import published_rig
+from ...simulation import parse_settings
+from ...simulation.signal_options import SignalOptions
 
 SIGNALS = ("multisine", "prbs", "steps", "chirp", "triangle")
 MACHINES = {"mps2-an386": "Cortex-M4F", "mps2-an500": "Cortex-M7"}

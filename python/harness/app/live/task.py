@@ -12,23 +12,24 @@ from multiprocessing.connection import Connection
 from pathlib import Path
 
 import ehsid
-from ehsid.harness.app.live.settings import LiveSettings, Wanted, read_settings
-from ehsid.harness.app.live.told import Told, write_told
-from ehsid.harness.app.live.watching import Watch, throttled
-from ehsid.harness.app.live.wishes import Wishes
-from ehsid.harness.deploy.hil.comparison import compare
-from ehsid.harness.deploy.hil.devices import EmulatedDevice, SocketDevice
-from ehsid.harness.deploy.hil.errors import HilError
-from ehsid.harness.deploy.hil.faults import OnRequest
-from ehsid.harness.deploy.hil.plan import Plan
-from ehsid.harness.deploy.hil.relay import relayed
-from ehsid.harness.deploy.hil.result_file import Provenance
-from ehsid.harness.deploy.hil.run import RunResult, run_plan
-from ehsid.harness.deploy.hil.session import Session
-from ehsid.harness.deploy.hil.transport import Line, open_line
-from ehsid.harness.files import free_folder, result_folder
-from ehsid.harness.report.hil_files import UNFINISHED, copy_samples, file_names, write_reports
-from ehsid.harness.simulation.outputs import OUTPUTS_OF
+
+from ...deploy.hil.comparison import compare
+from ...deploy.hil.devices import EmulatedDevice, SocketDevice
+from ...deploy.hil.errors import HilError
+from ...deploy.hil.faults import OnRequest
+from ...deploy.hil.plan import Plan
+from ...deploy.hil.relay import relayed
+from ...deploy.hil.result_file import Provenance
+from ...deploy.hil.run import RunResult, run_plan
+from ...deploy.hil.session import Session
+from ...deploy.hil.transport import Line, open_line
+from ...files import free_folder, result_folder
+from ...report.hil_files import UNFINISHED, copy_samples, file_names, write_reports
+from ...simulation.outputs import OUTPUTS_OF
+from .settings import LiveSettings, Wanted, read_settings
+from .told import Told, write_told
+from .watching import Watch, throttled
+from .wishes import Wishes
 
 RESULT = "hil"
 REPORT_EVERY_S = 0.2

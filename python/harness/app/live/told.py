@@ -10,8 +10,8 @@ from pathlib import Path
 
 import msgspec
 
-from ehsid.harness.encoding import from_json
-from ehsid.harness.files import write_text
+from ...encoding import from_json
+from ...files import write_text
 
 FILE = "told.json"
 RING = "samples.npy"

@@ -9,15 +9,15 @@ from pathlib import Path
 
 import numpy as np
 
-from ehsid.harness.app.live.ring import RingWriter
-from ehsid.harness.app.live.told import COLUMNS, RING
-from ehsid.harness.deploy.export.configuration import EstimatorConfiguration
-from ehsid.harness.deploy.hil.answers import Result
-from ehsid.harness.deploy.hil.plan import Plan
-from ehsid.harness.deploy.hil.recording import Recording
-from ehsid.harness.deploy.hil.session import Counters
-from ehsid.harness.deploy.hil.snapshot import Snapshot, taken
-from ehsid.harness.deploy.hil.transport import Line
+from ...deploy.export.configuration import EstimatorConfiguration
+from ...deploy.hil.answers import Result
+from ...deploy.hil.plan import Plan
+from ...deploy.hil.recording import Recording
+from ...deploy.hil.session import Counters
+from ...deploy.hil.snapshot import Snapshot, taken
+from ...deploy.hil.transport import Line
+from .ring import RingWriter
+from .told import COLUMNS, RING
 
 
 class Watch(Recording):

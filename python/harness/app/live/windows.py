@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from ehsid.harness.app.live.told import COLUMNS
-from ehsid.harness.arrays import FloatArray
+from ...arrays import FloatArray
+from .told import COLUMNS
 
 DRAWN = ("position_m", "reference_m", "command_v", "forgetting_factor")
 RATE_S = 2.0  # on the wall clock, over which the rate is counted

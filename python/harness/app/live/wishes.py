@@ -7,14 +7,14 @@ from collections.abc import Callable
 from multiprocessing.connection import Connection
 from pathlib import Path
 
-from ehsid.harness.app.live.told import Told, write_told
-from ehsid.harness.app.live.watching import Watch
-from ehsid.harness.app.live.words import FAULTS
-from ehsid.harness.deploy.export.configuration import EstimatorConfiguration
-from ehsid.harness.deploy.hil.errors import HilError
-from ehsid.harness.deploy.hil.faults import OnRequest
-from ehsid.harness.deploy.hil.snapshot import ENDING, read_snapshot, restored, write_snapshot
-from ehsid.harness.deploy.hil.steering import Stopped
+from ...deploy.export.configuration import EstimatorConfiguration
+from ...deploy.hil.errors import HilError
+from ...deploy.hil.faults import OnRequest
+from ...deploy.hil.snapshot import ENDING, read_snapshot, restored, write_snapshot
+from ...deploy.hil.steering import Stopped
+from .told import Told, write_told
+from .watching import Watch
+from .words import FAULTS
 
 SNAPSHOTS = "snapshots"
 

@@ -8,12 +8,12 @@ from typing import Any
 import msgspec
 import panel as pn
 
-from ehsid.harness.app import look
-from ehsid.harness.app.flow import standings
-from ehsid.harness.app.steps.step import StepView, progress
-from ehsid.harness.app.tasks import REMARKS, Said
-from ehsid.harness.encoding import from_json
-from ehsid.harness.rig_check.finding import RigCheckFile, WrittenCheck
+from ...encoding import from_json
+from ...rig_check.finding import RigCheckFile, WrittenCheck
+from .. import look
+from ..flow import standings
+from ..tasks import REMARKS, Said
+from .step import StepView, progress
 
 CLASSES = {"fits": "good", "does not fit": "bad", "cannot be told": "soft"}
 MARKS = {"fits": "✓", "does not fit": "✗", "cannot be told": "?"}

@@ -8,12 +8,12 @@ from typing import Any
 import msgspec
 import panel as pn
 
-from ehsid.harness.app import look
-from ehsid.harness.app.flow import standings
-from ehsid.harness.app.steps.so_far import SoFarView
-from ehsid.harness.app.steps.step import StepView, progress
-from ehsid.harness.encoding import from_json
-from ehsid.harness.gap.diagnosis_file import RESULT_FILES
+from ...encoding import from_json
+from ...gap.diagnosis_file import RESULT_FILES
+from .. import look
+from ..flow import standings
+from .so_far import SoFarView
+from .step import StepView, progress
 
 FILE_WORDS = {
     "report.html": "report, to be sent and read without ehsid",

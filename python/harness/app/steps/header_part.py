@@ -8,10 +8,10 @@ from typing import Any
 import msgspec
 import panel as pn
 
-from ehsid.harness.app import look
-from ehsid.harness.app.next_tasks import FIRMWARE, MADE, HeaderMade
-from ehsid.harness.app.steps.step import StepView, progress
-from ehsid.harness.encoding import from_json
+from ...encoding import from_json
+from .. import look
+from ..next_tasks import FIRMWARE, MADE, HeaderMade
+from .step import StepView, progress
 
 WHY = (
     "<h2>Header for the firmware</h2><p>It starts the recursive estimator of the firmware from a "
@@ -71,7 +71,7 @@ class HeaderPart:
         self._session.save()
 
     def _start(self, event: Any) -> None:
-        from ehsid.harness.deploy.export import check_name
+        from ...deploy.export import check_name
 
         self._choose(event)
         check_name(self._session.settings.firmware.name)

@@ -8,10 +8,13 @@ from typing import Any
 import numpy as np
 import panel as pn
 
-from ehsid.harness.app import look, model_words
-from ehsid.harness.app.downsampling import opened
-from ehsid.harness.app.flow import IDENTIFIED, standings
-from ehsid.harness.app.model_look import (
+from ...catalogue.channels import TIME
+from ...identification.search_range import MOST_DELAY, MOST_ORDER, parse_range
+from ...report.model_file_names import IDENTIFICATION_FILES
+from .. import look, model_words
+from ..downsampling import opened
+from ..flow import IDENTIFIED, standings
+from ..model_look import (
     MEASURED,
     RESIDUAL,
     SIMULATED,
@@ -19,14 +22,11 @@ from ehsid.harness.app.model_look import (
     look_folder,
     read_look,
 )
-from ehsid.harness.app.model_plots import bode_plots, correlation_plot, poles_plot
-from ehsid.harness.app.plots import Line, Panel, stacked
-from ehsid.harness.app.reading import reading_of
-from ehsid.harness.app.shown_units import column, over, si_unit
-from ehsid.harness.app.steps.step import StepView, progress
-from ehsid.harness.catalogue.channels import TIME
-from ehsid.harness.identification.search_range import MOST_DELAY, MOST_ORDER, parse_range
-from ehsid.harness.report.model_file_names import IDENTIFICATION_FILES
+from ..model_plots import bode_plots, correlation_plot, poles_plot
+from ..plots import Line, Panel, stacked
+from ..reading import reading_of
+from ..shown_units import column, over, si_unit
+from .step import StepView, progress
 
 FILE_WORDS = dict(
     zip(IDENTIFICATION_FILES, ("all numbers", "fit and residual tests", "Bode plot"), strict=True)

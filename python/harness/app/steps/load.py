@@ -8,14 +8,14 @@ from typing import Any
 
 import panel as pn
 
-from ehsid.harness.app import look
-from ehsid.harness.app.downsampling import opened
-from ehsid.harness.app.plots import Line, Panel, stacked
-from ehsid.harness.app.reading import LogColumn, Reading, reading_of
-from ehsid.harness.app.session import MOST_RECORDS, Entry, SessionError
-from ehsid.harness.app.steps.step import StepView, progress
-from ehsid.harness.records.formats import FORMATS
-from ehsid.harness.records.logs.opening import MODULES
+from ...records.formats import FORMATS
+from ...records.logs.opening import MODULES
+from .. import look
+from ..downsampling import opened
+from ..plots import Line, Panel, stacked
+from ..reading import LogColumn, Reading, reading_of
+from ..session import MOST_RECORDS, Entry, SessionError
+from .step import StepView, progress
 
 FIRST_SHOWN = 3  # columns that are drawn without being asked for
 DROP = (
@@ -162,7 +162,7 @@ def _label(column: LogColumn) -> str:
 
 def _steady(column: LogColumn) -> bool:
     """Whether a column is constant, or counts up as times and numbers of rows do by their name."""
-    from ehsid.harness.records.logs.names import is_counter, means
+    from ...records.logs.names import is_counter, means
 
     same = column.low == column.high
     return same or means(column.name, "time_s") or is_counter(column.name)

@@ -9,14 +9,14 @@ from typing import Any
 import numpy as np
 import panel as pn
 
-from ehsid.harness.app import look
-from ehsid.harness.app.downsampling import opened
-from ehsid.harness.app.plots import Line, Panel, stacked
-from ehsid.harness.app.reading import MADE, Reading, read_alike, reading_of
-from ehsid.harness.app.session import Entry
-from ehsid.harness.app.steps.step import StepView, progress
-from ehsid.harness.catalogue.channels import CHANNELS, COMMAND, POSITION, TIME
-from ehsid.harness.records.logs.mapping import parse_maps
+from ...catalogue.channels import CHANNELS, COMMAND, POSITION, TIME
+from ...records.logs.mapping import parse_maps
+from .. import look
+from ..downsampling import opened
+from ..plots import Line, Panel, stacked
+from ..reading import MADE, Reading, read_alike, reading_of
+from ..session import Entry
+from .step import StepView, progress
 
 GUESS = "as guessed"
 UNITS = {

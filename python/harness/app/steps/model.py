@@ -5,9 +5,9 @@ from __future__ import annotations
 
 from typing import Any
 
-from ehsid.harness.app.steps.identification import Identification
-from ehsid.harness.app.steps.recursive import Recursive
-from ehsid.harness.app.steps.step import StepView
+from .identification import Identification
+from .recursive import Recursive
+from .step import StepView
 
 
 class ModelStep(StepView):

@@ -7,18 +7,18 @@ from typing import Any
 
 import panel as pn
 
-from ehsid.harness.app import look
-from ehsid.harness.app.adoption import as_new_machine, use_as_rig
-from ehsid.harness.app.steps.header_part import HeaderPart
-from ehsid.harness.app.steps.next_experiment import (
+from ...gap.diagnosis_file import DiagnosisFile, read_diagnosis_file
+from ...report.next_words import what_now
+from .. import look
+from ..adoption import as_new_machine, use_as_rig
+from .header_part import HeaderPart
+from .next_experiment import (
     experiment_plots,
     experiment_steps_html,
     experiment_words_html,
 )
-from ehsid.harness.app.steps.rig_changes import rig_changes_html
-from ehsid.harness.app.steps.step import StepView, progress
-from ehsid.harness.gap.diagnosis_file import DiagnosisFile, read_diagnosis_file
-from ehsid.harness.report.next_words import what_now
+from .rig_changes import rig_changes_html
+from .step import StepView, progress
 
 
 class NextStep(StepView):

@@ -7,14 +7,14 @@ from pathlib import Path
 
 from bokeh.models import Column
 
-from ehsid.harness.app import look
-from ehsid.harness.app.downsampling import make_pyramid
-from ehsid.harness.app.plots import Line, Panel, stacked
-from ehsid.harness.app.session import Session
-from ehsid.harness.catalogue.channels import CHANNELS, COMMAND, POSITION
-from ehsid.harness.gap.diagnosis_file import NEXT_EXPERIMENT, NextExperiment
-from ehsid.harness.records import read_record
-from ehsid.harness.report.next_words import again_command, experiment_steps, experiment_words
+from ...catalogue.channels import CHANNELS, COMMAND, POSITION
+from ...gap.diagnosis_file import NEXT_EXPERIMENT, NextExperiment
+from ...records import read_record
+from ...report.next_words import again_command, experiment_steps, experiment_words
+from .. import look
+from ..downsampling import make_pyramid
+from ..plots import Line, Panel, stacked
+from ..session import Session
 
 LABELS = {COMMAND: "command in V", POSITION: "predicted position in mm"}
 

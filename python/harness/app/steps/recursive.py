@@ -8,23 +8,23 @@ from typing import Any
 
 import panel as pn
 
-from ehsid.harness.app import estimate_words, look
-from ehsid.harness.app.estimate_look import EstimateLook, look_of, read_look
-from ehsid.harness.app.estimate_plots import EstimatePlots
-from ehsid.harness.app.model_choice import (
+from ...catalogue.policies import METHODS, POLICIES, policies_of
+from ...identification import IoData
+from ...records import Record
+from ...report.model_file_names import ESTIMATION_FILES
+from .. import estimate_words, look
+from ..estimate_look import EstimateLook, look_of, read_look
+from ..estimate_plots import EstimatePlots
+from ..model_choice import (
     set_method,
     set_policy,
     slider_values,
     value_of,
 )
-from ehsid.harness.app.model_tasks import estimated, io_data
-from ehsid.harness.app.reading import reading_of
-from ehsid.harness.app.session import MOST_COEFFICIENTS, MOST_DELAY
-from ehsid.harness.app.steps.step import StepView, progress
-from ehsid.harness.catalogue.policies import METHODS, POLICIES, policies_of
-from ehsid.harness.identification import IoData
-from ehsid.harness.records import Record
-from ehsid.harness.report.model_file_names import ESTIMATION_FILES
+from ..model_tasks import estimated, io_data
+from ..reading import reading_of
+from ..session import MOST_COEFFICIENTS, MOST_DELAY
+from .step import StepView, progress
 
 # To try the changes takes several times as long as the estimate, too long for a slider that moves.
 WRITE_TO_LEARN = "<p>What would help on this record is tried when its files are written, below.</p>"

@@ -7,16 +7,16 @@ from typing import Any
 
 import panel as pn
 
-from ehsid.harness.app import look
-from ehsid.harness.app.drawing import machine_svg
-from ehsid.harness.app.session import RIG
-from ehsid.harness.app.steps.step import StepView
-from ehsid.harness.catalogue.parameters import plant_parameters
-from ehsid.harness.files import result_files, write_text
-from ehsid.harness.rigs import RigError, read_rig
-from ehsid.harness.rigs.answers import answered, read_answer, rig_file_text
-from ehsid.harness.rigs.new import Entry, shown
-from ehsid.harness.rigs.questions import EXAMPLES, QUESTIONS, Question
+from ...catalogue.parameters import plant_parameters
+from ...files import result_files, write_text
+from ...rigs import RigError, read_rig
+from ...rigs.answers import answered, read_answer, rig_file_text
+from ...rigs.new import Entry, shown
+from ...rigs.questions import EXAMPLES, QUESTIONS, Question
+from .. import look
+from ..drawing import machine_svg
+from ..session import RIG
+from .step import StepView
 
 PLANTS = {"hydraulic: valve and cylinder": "ehs", "motor-driven axis": "axis"}
 

@@ -5,13 +5,13 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from ehsid.harness.app import look
-from ehsid.harness.catalogue.keys import ParameterKey
-from ehsid.harness.gap.diagnosis_file import DiagnosisFile
-from ehsid.harness.report.gap_words import first_upper, quantity, unit_of, value_name
-from ehsid.harness.rigs import Rig, read_rig
-from ehsid.harness.rigs.changes import Change, changes
-from ehsid.harness.rigs.table_words import table_words
+from ...catalogue.keys import ParameterKey
+from ...gap.diagnosis_file import DiagnosisFile
+from ...report.gap_words import first_upper, quantity, unit_of, value_name
+from ...rigs import Rig, read_rig
+from ...rigs.changes import Change, changes
+from ...rigs.table_words import table_words
+from .. import look
 
 # Of a value: smaller changes are nothing that a data sheet could say, and are not shown.
 LEAST_CHANGE = 1e-3

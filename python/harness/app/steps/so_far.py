@@ -9,13 +9,13 @@ import numpy as np
 import panel as pn
 from bokeh.models import Column
 
-from ehsid.harness.app import look
-from ehsid.harness.app.downsampling import opened
-from ehsid.harness.app.plots import Line, Panel, stacked
-from ehsid.harness.app.so_far import ERROR, TIME, SoFar, key, latest
-from ehsid.harness.catalogue.channels import shown_channel
-from ehsid.harness.gap import STAGES, in_words
-from ehsid.harness.report.shares import percent
+from ...catalogue.channels import shown_channel
+from ...gap import STAGES, in_words
+from ...report.shares import percent
+from .. import look
+from ..downsampling import opened
+from ..plots import Line, Panel, stacked
+from ..so_far import ERROR, TIME, SoFar, key, latest
 
 KINDS = {"calibrated": "values fitted", "augmented": "set that is ahead"}
 SOMETIMES = ("together", "laws", "where", "experiment")  # stages that need not take place

@@ -8,10 +8,10 @@ from typing import ParamSpec, Protocol
 
 import panel as pn
 
-from ehsid.harness.app import look
-from ehsid.harness.app.jobs import Job, State
-from ehsid.harness.app.session import Session
-from ehsid.harness.app.workbench import Workbench
+from .. import look
+from ..jobs import Job, State
+from ..session import Session
+from ..workbench import Workbench
 
 P = ParamSpec("P")
 

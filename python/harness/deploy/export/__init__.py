@@ -6,23 +6,23 @@
 >>> text = render_header(export.configuration, trace, name="servo")
 """
 
-from ehsid.harness.deploy.export.c_header import render_c_header
-from ehsid.harness.deploy.export.configuration import EstimatorConfiguration, Seed
-from ehsid.harness.deploy.export.header import check_name, float32_literal, render_header
-from ehsid.harness.deploy.export.of_record import (
+from .c_header import render_c_header
+from .configuration import EstimatorConfiguration, Seed
+from .header import check_name, float32_literal, render_header
+from .of_record import (
     FILE_NAMES,
     Header,
     chosen_orders,
     header_of_record,
 )
-from ehsid.harness.deploy.export.seeding import Export, configure_from_record
-from ehsid.harness.deploy.export.servo import (
+from .seeding import Export, configure_from_record
+from .servo import (
     ServoHeader,
     ServoSettings,
     render_servo_header,
     servo_header_of_record,
 )
-from ehsid.harness.deploy.export.trace import GoldenTrace, liveliest
+from .trace import GoldenTrace, liveliest
 
 __all__ = [
     "FILE_NAMES",

@@ -8,8 +8,9 @@ from collections.abc import Sequence
 import numpy as np
 
 import ehsid
-from ehsid.harness.deploy.export.configuration import EstimatorConfiguration
-from ehsid.harness.deploy.export.header import (
+
+from .configuration import EstimatorConfiguration
+from .header import (
     check_name,
     comment,
     float32_literal,

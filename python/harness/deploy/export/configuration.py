@@ -9,8 +9,9 @@ import numpy as np
 import numpy.typing as npt
 
 import ehsid
-from ehsid.harness.arrays import FloatArray
-from ehsid.harness.identification import ArxOrders, IdentificationError
+
+from ...arrays import FloatArray
+from ...identification import ArxOrders, IdentificationError
 
 
 @dataclass(frozen=True, eq=False)

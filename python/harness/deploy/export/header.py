@@ -10,8 +10,9 @@ import jinja2
 import numpy as np
 
 import ehsid
-from ehsid.harness.deploy.export.configuration import EstimatorConfiguration, Seed
-from ehsid.harness.deploy.export.trace import GoldenTrace
+
+from .configuration import EstimatorConfiguration, Seed
+from .trace import GoldenTrace
 
 # The list has the keywords of C++20, too, so that a header still compiles after the firmware
 # changes to that standard.

@@ -8,12 +8,13 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import ehsid
-from ehsid.harness.deploy.export.c_header import render_c_header
-from ehsid.harness.deploy.export.header import check_name, render_header
-from ehsid.harness.deploy.export.seeding import Export, configure_from_record
-from ehsid.harness.deploy.export.trace import GoldenTrace, liveliest
-from ehsid.harness.identification import ArxOrders, IoData, identify
-from ehsid.harness.manifest import sha256_of
+
+from ...identification import ArxOrders, IoData, identify
+from ...manifest import sha256_of
+from .c_header import render_c_header
+from .header import check_name, render_header
+from .seeding import Export, configure_from_record
+from .trace import GoldenTrace, liveliest
 
 # Names of the file without another wish, by whether it is C.
 FILE_NAMES = {False: "servo_configuration.hpp", True: "servo_configuration.h"}

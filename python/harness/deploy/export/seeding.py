@@ -9,15 +9,16 @@ import numpy as np
 import numpy.typing as npt
 
 import ehsid
-from ehsid.harness.deploy.export.configuration import EstimatorConfiguration, Seed
-from ehsid.harness.estimation import scaling_of
-from ehsid.harness.identification import (
+
+from ...estimation import scaling_of
+from ...identification import (
     ArxModel,
     ArxOrders,
     IdentificationError,
     IoData,
     fit_arx,
 )
+from .configuration import EstimatorConfiguration, Seed
 
 LEAST_INFLATION = 10.0
 """Smallest default factor on the covariance of the offline model. The covariance holds for white

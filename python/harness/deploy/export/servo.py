@@ -10,11 +10,12 @@ from pathlib import Path
 import numpy as np
 
 import ehsid
-from ehsid.harness.deploy.export.header import check_name, comment, template
-from ehsid.harness.estimation.servo import MOST_DELAY, ServoPath, estimate_servo
-from ehsid.harness.estimation.words import servo_words
-from ehsid.harness.identification import IdentificationError, IoData
-from ehsid.harness.manifest import sha256_of
+
+from ...estimation.servo import MOST_DELAY, ServoPath, estimate_servo
+from ...estimation.words import servo_words
+from ...identification import IdentificationError, IoData
+from ...manifest import sha256_of
+from .header import check_name, comment, template
 
 TEST_SAMPLES = 600
 LEAST_ROOM = 4

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from ehsid.harness.deploy.export.configuration import EstimatorConfiguration
-from ehsid.harness.identification import IoData
+from ...identification import IoData
+from .configuration import EstimatorConfiguration
 
 Float32 = npt.NDArray[np.float32]
 

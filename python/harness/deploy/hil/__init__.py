@@ -8,15 +8,15 @@ docs/hil_protocol.md describes the protocol between the two.
 ...     session.hello()
 """
 
-from ehsid.harness.deploy.hil.answers import Done, Identity, Refused, Result, Safe
-from ehsid.harness.deploy.hil.configuration import POLICIES, Configuration, ControllerSettings
-from ehsid.harness.deploy.hil.emulator import Emulator, emulated
-from ehsid.harness.deploy.hil.errors import BadFrame, HilError, TargetReset
-from ehsid.harness.deploy.hil.frames import Packet, decode, encode
-from ehsid.harness.deploy.hil.messages import VERSION, Kind, Reason, State, status_name
-from ehsid.harness.deploy.hil.requests import Sample
-from ehsid.harness.deploy.hil.session import Counters, Session
-from ehsid.harness.deploy.hil.transport import Line, open_line
+from .answers import Done, Identity, Refused, Result, Safe
+from .configuration import POLICIES, Configuration, ControllerSettings
+from .emulator import Emulator, emulated
+from .errors import BadFrame, HilError, TargetReset
+from .frames import Packet, decode, encode
+from .messages import VERSION, Kind, Reason, State, status_name
+from .requests import Sample
+from .session import Counters, Session
+from .transport import Line, open_line
 
 __all__ = [
     "POLICIES",

@@ -12,11 +12,12 @@ from dataclasses import dataclass
 from typing import ClassVar, Self
 
 import ehsid
-from ehsid.harness.deploy.hil import messages
-from ehsid.harness.deploy.hil.errors import BadFrame, HilError
-from ehsid.harness.deploy.hil.frames import Packet
-from ehsid.harness.deploy.hil.layout import Message
-from ehsid.harness.deploy.hil.messages import VERSION, Flags, Kind, Reason, State
+
+from . import messages
+from .errors import BadFrame, HilError
+from .frames import Packet
+from .layout import Message
+from .messages import VERSION, Flags, Kind, Reason, State
 
 _STATUSES = {int(status) for status in ehsid.Status}
 

@@ -9,7 +9,7 @@ zero follows a block whose code is 255, nor the last block.
 
 from __future__ import annotations
 
-from ehsid.harness.deploy.hil.errors import BadFrame
+from .errors import BadFrame
 
 _FULL = 255
 _LONGEST = _FULL - 1  # bytes that a block can hold behind its code

@@ -10,9 +10,10 @@ import numpy as np
 import numpy.typing as npt
 
 import ehsid
-from ehsid.harness.arrays import FloatArray
-from ehsid.harness.deploy.export.configuration import EstimatorConfiguration
-from ehsid.harness.deploy.hil.run import RunResult
+
+from ...arrays import FloatArray
+from ..export.configuration import EstimatorConfiguration
+from .run import RunResult
 
 # Results of the estimator that are compared for each sample besides theta_hat, in this order: names
 # on the host, and in the answer of the target.

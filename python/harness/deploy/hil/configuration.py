@@ -8,12 +8,13 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 import ehsid
-from ehsid.harness.deploy.export import EstimatorConfiguration, Seed
-from ehsid.harness.deploy.export.header import upper_triangle
-from ehsid.harness.deploy.hil import messages
-from ehsid.harness.deploy.hil.frames import MAX_BODY
-from ehsid.harness.deploy.hil.layout import Message, check
-from ehsid.harness.deploy.hil.messages import Settings
+
+from ..export import EstimatorConfiguration, Seed
+from ..export.header import upper_triangle
+from . import messages
+from .frames import MAX_BODY
+from .layout import Message, check
+from .messages import Settings
 
 # Forgetting policies; the index is the number of the policy in the protocol.
 POLICIES = tuple(info.policy for info in ehsid.policies())

@@ -7,9 +7,9 @@ import socket
 from pathlib import Path
 from urllib.parse import urlsplit
 
-from ehsid.harness.deploy.hil.emulator import MACHINE, QEMU, Emulator
-from ehsid.harness.deploy.hil.errors import HilError
-from ehsid.harness.deploy.hil.relay import DeviceGone
+from .emulator import MACHINE, QEMU, Emulator
+from .errors import HilError
+from .relay import DeviceGone
 
 CONNECT_S = 5.0
 

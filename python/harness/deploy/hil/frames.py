@@ -7,8 +7,8 @@ import binascii
 import struct
 from dataclasses import dataclass
 
-from ehsid.harness.deploy.hil import cobs
-from ehsid.harness.deploy.hil.errors import BadFrame
+from . import cobs
+from .errors import BadFrame
 
 MAX_PACKET = 512
 MAX_FRAME = MAX_PACKET + -(-MAX_PACKET // 254)  # COBS: one byte more for each 254 begun

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from enum import IntEnum, IntFlag
 from typing import Any, Literal
 
-from ehsid.harness.deploy.hil.errors import BadFrame
+from .errors import BadFrame
 
 Values = type[IntEnum] | type[IntFlag]
 Type = Literal["u8", "u16", "u32", "i32", "f32", "ascii"]

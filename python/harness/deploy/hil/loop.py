@@ -10,11 +10,12 @@ from typing import Any
 import numpy as np
 
 import ehsid
-from ehsid.harness.deploy.hil.plan import Plan, open_plan, position_plan
-from ehsid.harness.identification import ArxOrders
-from ehsid.harness.rigs import Rig
-from ehsid.harness.simulation import draw_noise, suggested_controller
-from ehsid.harness.simulation.signal_options import SignalOptions, as_command, as_reference
+
+from ...identification import ArxOrders
+from ...rigs import Rig
+from ...simulation import draw_noise, suggested_controller
+from ...simulation.signal_options import SignalOptions, as_command, as_reference
+from .plan import Plan, open_plan, position_plan
 
 
 @dataclass(frozen=True)

@@ -10,7 +10,8 @@ from __future__ import annotations
 from enum import IntEnum, IntFlag
 
 import ehsid
-from ehsid.harness.deploy.hil.layout import Field, Message
+
+from .layout import Field, Message
 
 VERSION = 2
 

@@ -10,18 +10,19 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 import ehsid
-from ehsid.harness.arrays import FloatArray
-from ehsid.harness.deploy.export.configuration import EstimatorConfiguration
-from ehsid.harness.deploy.hil.configuration import Configuration, ControllerSettings
-from ehsid.harness.identification import ArxOrders
-from ehsid.harness.records import Record
-from ehsid.harness.rigs import Rig
-from ehsid.harness.simulation import (
+
+from ...arrays import FloatArray
+from ...identification import ArxOrders
+from ...records import Record
+from ...rigs import Rig
+from ...simulation import (
     PositionController,
     simulate,
     simulate_closed_loop,
     velocity_gain,
 )
+from ..export.configuration import EstimatorConfiguration
+from .configuration import Configuration, ControllerSettings
 
 # A third-order model about an operating point that is not known in advance.
 THIRD_ORDER = ArxOrders(3, 3, 1, offset=True)

@@ -13,9 +13,9 @@ from dataclasses import fields
 from pathlib import Path
 from typing import BinaryIO, Self
 
-from ehsid.harness.deploy.hil.answers import Result
-from ehsid.harness.deploy.hil.session import Counters
-from ehsid.harness.identification import ArxOrders
+from ...identification import ArxOrders
+from .answers import Result
+from .session import Counters
 
 RECORD = "record.csv"
 ESTIMATES = "estimates.csv"

@@ -15,7 +15,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from typing import Protocol
 
-from ehsid.harness.deploy.hil.faults import TO_HOST, TO_TARGET, Hook, Passing, undisturbed
+from .faults import TO_HOST, TO_TARGET, Hook, Passing, undisturbed
 
 
 class DeviceGone(Exception):  # noqa: N818 -- the other end has hung up

@@ -6,8 +6,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import ClassVar
 
-from ehsid.harness.deploy.hil import messages
-from ehsid.harness.deploy.hil.layout import Message
+from . import messages
+from .layout import Message
 
 
 class _Request:

@@ -8,11 +8,12 @@ from dataclasses import dataclass
 from typing import Literal
 
 import ehsid
-from ehsid.harness.deploy.hil.answers import Identity
-from ehsid.harness.deploy.hil.comparison import Agreement, rmse
-from ehsid.harness.deploy.hil.configuration import POLICIES
-from ehsid.harness.deploy.hil.run import RunResult
-from ehsid.harness.deploy.hil.session import Counters
+
+from .answers import Identity
+from .comparison import Agreement, rmse
+from .configuration import POLICIES
+from .run import RunResult
+from .session import Counters
 
 # Name of a run, its result, and how it agrees with the host.
 Runs = Sequence[tuple[str, RunResult, Agreement]]

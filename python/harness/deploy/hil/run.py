@@ -17,18 +17,19 @@ from dataclasses import asdict, dataclass, field, replace
 import numpy as np
 
 import ehsid
-from ehsid.harness.arrays import FloatArray
-from ehsid.harness.catalogue.parameters import parameter_keys
-from ehsid.harness.deploy.export.configuration import EstimatorConfiguration
-from ehsid.harness.deploy.hil.answers import Result
-from ehsid.harness.deploy.hil.errors import HilError, TargetReset
-from ehsid.harness.deploy.hil.plan import Plan
-from ehsid.harness.deploy.hil.recording import Recording
-from ehsid.harness.deploy.hil.requests import Sample
-from ehsid.harness.deploy.hil.session import Counters, Session
-from ehsid.harness.deploy.hil.steering import Steer, Stopped
-from ehsid.harness.simulation.outputs import OUTPUTS, OUTPUTS_OF, as_measured
-from ehsid.harness.simulation.run import prepare
+
+from ...arrays import FloatArray
+from ...catalogue.parameters import parameter_keys
+from ...simulation.outputs import OUTPUTS, OUTPUTS_OF, as_measured
+from ...simulation.run import prepare
+from ..export.configuration import EstimatorConfiguration
+from .answers import Result
+from .errors import HilError, TargetReset
+from .plan import Plan
+from .recording import Recording
+from .requests import Sample
+from .session import Counters, Session
+from .steering import Steer, Stopped
 
 POSITION = OUTPUTS.index("position_m")
 MOST_RESTARTS = 3

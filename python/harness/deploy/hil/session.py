@@ -9,13 +9,13 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import NoReturn, TypeVar
 
-from ehsid.harness.deploy.hil.answers import Answer, Done, Identity, Refused, Result, parse_answer
-from ehsid.harness.deploy.hil.configuration import POLICIES, Configuration
-from ehsid.harness.deploy.hil.errors import BadFrame, HilError, TargetReset
-from ehsid.harness.deploy.hil.frames import decode, encode
-from ehsid.harness.deploy.hil.messages import Reason, State, status_name
-from ehsid.harness.deploy.hil.requests import Hello, Resume, Sample, Start, Stop
-from ehsid.harness.deploy.hil.transport import Line
+from .answers import Answer, Done, Identity, Refused, Result, parse_answer
+from .configuration import POLICIES, Configuration
+from .errors import BadFrame, HilError, TargetReset
+from .frames import decode, encode
+from .messages import Reason, State, status_name
+from .requests import Hello, Resume, Sample, Start, Stop
+from .transport import Line
 
 MOST_TRIPS = 10
 # Largest number of frames that are read after the deadline. If this process was delayed, the answer

@@ -16,11 +16,12 @@ import msgspec
 import numpy as np
 
 import ehsid
-from ehsid.harness.deploy.export.configuration import EstimatorConfiguration, Seed
-from ehsid.harness.deploy.hil.errors import HilError
-from ehsid.harness.encoding import from_json, json_text
-from ehsid.harness.files import write_text
-from ehsid.harness.identification import IdentificationError
+
+from ...encoding import from_json, json_text
+from ...files import write_text
+from ...identification import IdentificationError
+from ..export.configuration import EstimatorConfiguration, Seed
+from .errors import HilError
 
 ENDING = ".snapshot.json"
 # P comes rounded to float32 and may then not be positive definite. A share of its variances on the

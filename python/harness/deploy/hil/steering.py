@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from ehsid.harness.deploy.export.configuration import EstimatorConfiguration
+from ..export.configuration import EstimatorConfiguration
 
 
 class Stopped(Exception):  # noqa: N818 -- the user's wish

@@ -14,8 +14,8 @@ from urllib.parse import urlsplit
 import serial
 from serial.tools import list_ports
 
-from ehsid.harness.deploy.hil.errors import HilError
-from ehsid.harness.deploy.hil.frames import MAX_FRAME
+from .errors import HilError
+from .frames import MAX_FRAME
 
 BAUD = 115200
 WRITE_TIMEOUT_S = 5.0

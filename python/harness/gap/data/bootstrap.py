@@ -10,8 +10,8 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-from ehsid.harness.arrays import FloatArray
-from ehsid.harness.gap.thresholds import BOOTSTRAP_DRAWS, SHRINKAGE_LEVEL
+from ...arrays import FloatArray
+from ..thresholds import BOOTSTRAP_DRAWS, SHRINKAGE_LEVEL
 
 
 def drawn_windows(windows: int, rng: np.random.Generator) -> npt.NDArray[np.int64]:

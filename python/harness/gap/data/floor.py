@@ -10,15 +10,15 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from ehsid.harness.arrays import FloatArray
-from ehsid.harness.gap.data.repeats import repeat_errors
-from ehsid.harness.gap.data.rest import rest_errors
-from ehsid.harness.gap.thresholds import (
+from ...arrays import FloatArray
+from ...records import Record
+from ..thresholds import (
     LEAST_FLOOR,
     MOTION_SEEN,
     REST_WINDOWS,
 )
-from ehsid.harness.records import Record
+from .repeats import repeat_errors
+from .rest import rest_errors
 
 # Order of the differences. They leave (2 sin(w dt / 2))^7 / sqrt(C(14, 7)) of the amplitude of a
 # motion of w rad/s: 6e-5 for an oil spring of 70 Hz at 1 kHz, where third differences leave 2 %.

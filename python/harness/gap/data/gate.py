@@ -7,17 +7,17 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from ehsid.harness.catalogue.channels import CHANNELS, COMMAND, POSITION
-from ehsid.harness.gap.data.gate_channels import check_constant, check_saturated, check_spikes
-from ehsid.harness.gap.data.gate_clock import check_clock, check_length, check_sampling
-from ehsid.harness.gap.data.gate_ranges import check_command, check_position, check_pressures
-from ehsid.harness.gap.data.gate_signs import check_directions, check_ports
-from ehsid.harness.gap.data.gate_supply import powered_part
-from ehsid.harness.gap.data.sensor_floor import sensor_floor
-from ehsid.harness.gap.schema import Remark
-from ehsid.harness.gap.thresholds import FLOORS_DIFFER, WINDOW_S
-from ehsid.harness.records import Record
-from ehsid.harness.rigs import Rig
+from ...catalogue.channels import CHANNELS, COMMAND, POSITION
+from ...records import Record
+from ...rigs import Rig
+from ..schema import Remark
+from ..thresholds import FLOORS_DIFFER, WINDOW_S
+from .gate_channels import check_constant, check_saturated, check_spikes
+from .gate_clock import check_clock, check_length, check_sampling
+from .gate_ranges import check_command, check_position, check_pressures
+from .gate_signs import check_directions, check_ports
+from .gate_supply import powered_part
+from .sensor_floor import sensor_floor
 
 # The remarks are read in this order: a constant channel, for example, does not show any signs.
 _CHECKS: tuple[Callable[[Record, Rig], list[Remark]], ...] = (

@@ -7,11 +7,12 @@ import numpy as np
 import numpy.typing as npt
 from scipy.ndimage import correlate1d, maximum_filter1d, median_filter
 
-from ehsid.harness.arrays import FloatArray
-from ehsid.harness.catalogue.channels import CHANNELS, COMMAND, POSITION
-from ehsid.harness.gap.data.sensor_floor import sensor_floor
-from ehsid.harness.gap.schema import Remark
-from ehsid.harness.gap.thresholds import (
+from ...arrays import FloatArray
+from ...catalogue.channels import CHANNELS, COMMAND, POSITION
+from ...records import Record
+from ...rigs import Rig
+from ..schema import Remark
+from ..thresholds import (
     CLIPPED_RUNS,
     CLIPPED_SAMPLES,
     FROZEN_S,
@@ -21,8 +22,7 @@ from ehsid.harness.gap.thresholds import (
     SPIKE_MATTERS,
     SPIKE_SIZE,
 )
-from ehsid.harness.records import Record
-from ehsid.harness.rigs import Rig
+from .sensor_floor import sensor_floor
 
 NEEDED = (COMMAND, POSITION)
 

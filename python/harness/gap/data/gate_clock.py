@@ -5,11 +5,12 @@ from __future__ import annotations
 
 import numpy as np
 
-from ehsid.harness.catalogue.channels import CHANNELS
-from ehsid.harness.gap.data.floor import LEAST_SAMPLES, shows_motion
-from ehsid.harness.gap.data.oil_spring import oil_spring_hz
-from ehsid.harness.gap.schema import Remark
-from ehsid.harness.gap.thresholds import (
+from ...catalogue.channels import CHANNELS
+from ...records import Record
+from ...records.gaps import mend_of_gaps, pieces_in_words
+from ...rigs import Rig
+from ..schema import Remark
+from ..thresholds import (
     CLOCK_DRIFT,
     JITTER_SHOWS,
     LEAST_WINDOWS,
@@ -17,9 +18,8 @@ from ehsid.harness.gap.thresholds import (
     SKIP_S,
     WINDOW_S,
 )
-from ehsid.harness.records import Record
-from ehsid.harness.records.gaps import mend_of_gaps, pieces_in_words
-from ehsid.harness.rigs import Rig
+from .floor import LEAST_SAMPLES, shows_motion
+from .oil_spring import oil_spring_hz
 
 # Number of parts of a record whose sampling times are compared.
 PARTS = 10

@@ -9,10 +9,12 @@ from types import MappingProxyType
 
 import numpy as np
 
-from ehsid.harness.catalogue.channels import CHAMBER_PRESSURES, SUPPLY_PRESSURE
-from ehsid.harness.gap.data.floor import noise_floor
-from ehsid.harness.gap.schema import Remark
-from ehsid.harness.gap.thresholds import (
+from ...catalogue.channels import CHAMBER_PRESSURES, SUPPLY_PRESSURE
+from ...records import Record
+from ...records.pasting import how_to_read
+from ...rigs import Rig
+from ..schema import Remark
+from ..thresholds import (
     AT_END,
     AT_END_ALL,
     BEYOND,
@@ -28,9 +30,7 @@ from ehsid.harness.gap.thresholds import (
     SUPPLY_SIGMAS,
     VACUUM_FLOORS,
 )
-from ehsid.harness.records import Record
-from ehsid.harness.records.pasting import how_to_read
-from ehsid.harness.rigs import Rig
+from .floor import noise_floor
 
 # Units that logs use, each with its size in the unit of the schema.
 LENGTHS = MappingProxyType({"cm": 1e-2, "mm": 1e-3, "um": 1e-6})

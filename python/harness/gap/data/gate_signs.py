@@ -8,11 +8,13 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.signal import savgol_filter
 
-from ehsid.harness.arrays import FloatArray
-from ehsid.harness.catalogue.channels import CHAMBER_PRESSURES
-from ehsid.harness.gap.data.oil_spring import oil_spring_hz
-from ehsid.harness.gap.schema import Remark
-from ehsid.harness.gap.thresholds import (
+from ...arrays import FloatArray
+from ...catalogue.channels import CHAMBER_PRESSURES
+from ...records import Record
+from ...records.pasting import how_to_exchange
+from ...rigs import Rig
+from ..schema import Remark
+from ..thresholds import (
     EXCHANGED,
     FORCE_SMOOTHED_S,
     OPPOSITE,
@@ -20,9 +22,7 @@ from ehsid.harness.gap.thresholds import (
     PORTS_DEVIATIONS,
     SPRING_HIDES_NOISE,
 )
-from ehsid.harness.records import Record
-from ehsid.harness.records.pasting import how_to_exchange
-from ehsid.harness.rigs import Rig
+from .oil_spring import oil_spring_hz
 
 
 def _slopes(record: Record, order: int) -> FloatArray:

@@ -14,10 +14,12 @@ import numpy as np
 import numpy.typing as npt
 from scipy.ndimage import uniform_filter1d
 
-from ehsid.harness.arrays import FloatArray
-from ehsid.harness.catalogue.channels import CHAMBER_PRESSURES, SUPPLY_PRESSURE
-from ehsid.harness.gap.schema import Remark
-from ehsid.harness.gap.thresholds import (
+from ...arrays import FloatArray
+from ...catalogue.channels import CHAMBER_PRESSURES, SUPPLY_PRESSURE
+from ...records import Record
+from ...rigs import Rig
+from ..schema import Remark
+from ..thresholds import (
     FOLLOWS,
     PRESSURE_UNIT,
     STALL_OPENING,
@@ -32,8 +34,6 @@ from ehsid.harness.gap.thresholds import (
     SUPPLY_SMOOTHED_S,
     WIDE_OPENING,
 )
-from ehsid.harness.records import Record
-from ehsid.harness.rigs import Rig
 
 Mask = npt.NDArray[np.bool_]
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import math
 
-from ehsid.harness.rigs import Rig
+from ...rigs import Rig
 
 
 def oil_spring_hz(rig: Rig) -> float | None:

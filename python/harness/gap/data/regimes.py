@@ -7,12 +7,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ehsid.harness.arrays import FloatArray
-from ehsid.harness.gap.data.sensor_floor import sensor_floor
-from ehsid.harness.gap.thresholds import NEAR_NULL, REST_S, REST_WIDTH, SLOW_SHARE
-from ehsid.harness.records import Record
-from ehsid.harness.rigs import Rig
-from ehsid.harness.simulation import command_limit, measured_states
+from ...arrays import FloatArray
+from ...records import Record
+from ...rigs import Rig
+from ...simulation import command_limit, measured_states
+from ..thresholds import NEAR_NULL, REST_S, REST_WIDTH, SLOW_SHARE
+from .sensor_floor import sensor_floor
 
 
 @dataclass(frozen=True)

@@ -12,14 +12,14 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from ehsid.harness.arrays import FloatArray
-from ehsid.harness.gap.thresholds import (
+from ...arrays import FloatArray
+from ...records import Record
+from ..thresholds import (
     REPEAT_DRIFT,
     REPEAT_DRIFT_EVEN,
     REPEAT_SETTLED_S,
     WINDOW_S,
 )
-from ehsid.harness.records import Record
 
 # Length of the pieces of command (words) that are searched for. A word of this length with several
 # different values does not repeat by chance.

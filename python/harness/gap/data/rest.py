@@ -5,9 +5,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from ehsid.harness.arrays import FloatArray
-from ehsid.harness.gap.thresholds import REST_COMMAND, REST_SPEED, WINDOW_S
-from ehsid.harness.records import Record
+from ...arrays import FloatArray
+from ...records import Record
+from ..thresholds import REST_COMMAND, REST_SPEED, WINDOW_S
 
 
 def rest_windows(record: Record) -> list[slice]:

@@ -5,8 +5,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from ehsid.harness.arrays import FloatArray
-from ehsid.harness.gap.data.floor import sensor_step
+from ...arrays import FloatArray
+from .floor import sensor_step
 
 
 def rounding_errors(samples: FloatArray) -> FloatArray:

@@ -5,20 +5,20 @@ from __future__ import annotations
 
 import numpy as np
 
-from ehsid.harness.catalogue.channels import CHAMBER_PRESSURES, CHANNELS
-from ehsid.harness.gap.data.floor import NoiseFloor, floor_of
-from ehsid.harness.gap.data.oil_spring import oil_spring_hz
-from ehsid.harness.gap.data.repeats import repeat_errors
-from ehsid.harness.gap.data.rest import rest_errors
-from ehsid.harness.gap.thresholds import (
+from ...catalogue.channels import CHAMBER_PRESSURES, CHANNELS
+from ...records import Record
+from ...rigs import Rig
+from ..thresholds import (
     DESIGN_PRESSURE_NOISE,
     NOISE_OF_RANGE,
     NOISE_OF_STROKE,
     REST_WINDOWS,
     SPRING_HIDES_NOISE,
 )
-from ehsid.harness.records import Record
-from ehsid.harness.rigs import Rig
+from .floor import NoiseFloor, floor_of
+from .oil_spring import oil_spring_hz
+from .repeats import repeat_errors
+from .rest import rest_errors
 
 
 def sensor_floor(record: Record, name: str, rig: Rig) -> NoiseFloor:

@@ -9,23 +9,23 @@ from functools import partial
 
 import numpy as np
 
-from ehsid.harness.arrays import FloatArray
-from ehsid.harness.excitation import chirp, multisine, random_steps, triangle
-from ehsid.harness.gap.thresholds import (
+from ...arrays import FloatArray
+from ...excitation import chirp, multisine, random_steps, triangle
+from ...records import Record
+from ...rigs import Rig
+from ...simulation import (
+    SimulationError,
+    simulate_closed_loop,
+    suggested_controller,
+    velocity_gain,
+)
+from ..thresholds import (
     DESIGN_FAST_HZ,
     DESIGN_HELD_HZ,
     DESIGN_MARGIN,
     DESIGN_PRESSURE,
     DESIGN_S,
     DESIGN_VACUUM_PA,
-)
-from ehsid.harness.records import Record
-from ehsid.harness.rigs import Rig
-from ehsid.harness.simulation import (
-    SimulationError,
-    simulate_closed_loop,
-    suggested_controller,
-    velocity_gain,
 )
 
 # A function that returns a signal in [-1, 1], shape (n,), from n and the sampling time dt_s.

@@ -13,14 +13,18 @@ from functools import partial
 
 import numpy as np
 
-from ehsid.harness.catalogue.channels import CHAMBER_PRESSURES, SUPPLY_PRESSURE
-from ehsid.harness.catalogue.keys import ParameterKey
-from ehsid.harness.catalogue.parameters import effects, plant_parameters
-from ehsid.harness.gap.data.floor import NoiseFloor
-from ehsid.harness.gap.design.menu import MENU, Experiment, simulate_experiment
-from ehsid.harness.gap.model.separation import CandidateModel, Separation, separations
-from ehsid.harness.gap.schema import NextExperiment
-from ehsid.harness.gap.thresholds import (
+from ...catalogue.channels import CHAMBER_PRESSURES, SUPPLY_PRESSURE
+from ...catalogue.keys import ParameterKey
+from ...catalogue.parameters import effects, plant_parameters
+from ...parallel import Progress, part_of, run_together
+from ...records import Record, make_record
+from ...rigs import Rig
+from ...simulation import command_limit
+from ...simulation.outputs import noise_sigma
+from ..data.floor import NoiseFloor
+from ..model.separation import CandidateModel, Separation, separations
+from ..schema import NextExperiment
+from ..thresholds import (
     DESIGN_FINALISTS,
     DESIGN_GAIN,
     DESIGN_ITERATIONS,
@@ -28,11 +32,7 @@ from ehsid.harness.gap.thresholds import (
     DESIGN_PRESSURE_NOISE,
     ITERATIONS,
 )
-from ehsid.harness.parallel import Progress, part_of, run_together
-from ehsid.harness.records import Record, make_record
-from ehsid.harness.rigs import Rig
-from ehsid.harness.simulation import command_limit
-from ehsid.harness.simulation.outputs import noise_sigma
+from .menu import MENU, Experiment, simulate_experiment
 
 # Number of finalists that are fitted in parallel. The result depends on this number; therefore it
 # does not depend on the number of cores.

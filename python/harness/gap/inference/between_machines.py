@@ -12,10 +12,10 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from ehsid.harness.catalogue.keys import ParameterKey
-from ehsid.harness.gap.model.parameters import Parameter
-from ehsid.harness.gap.schema import Estimate, HowFar
-from ehsid.harness.gap.thresholds import (
+from ...catalogue.keys import ParameterKey
+from ..model.parameters import Parameter
+from ..schema import Estimate, HowFar
+from ..thresholds import (
     SHRINKAGE_FURTHER,
     SHRINKAGE_FURTHER_FROM_NOMINAL,
     SIZE_FURTHER,

@@ -6,10 +6,10 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from ehsid.harness.catalogue.keys import ParameterKey
-from ehsid.harness.gap.inference.candidates import FittedCandidate
-from ehsid.harness.gap.model.case import Case
-from ehsid.harness.gap.thresholds import AT_BOUND
+from ...catalogue.keys import ParameterKey
+from ..model.case import Case
+from ..thresholds import AT_BOUND
+from .candidates import FittedCandidate
 
 
 @dataclass(frozen=True)

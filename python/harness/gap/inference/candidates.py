@@ -9,18 +9,19 @@ from functools import partial
 
 import numpy as np
 
-from ehsid.harness.arrays import FloatArray
-from ehsid.harness.catalogue.keys import ParameterKey, effect_values, sizes_of
-from ehsid.harness.catalogue.parameters import effects as catalogue
-from ehsid.harness.gap.inference.gap_reduction import WindowSums, window_sums
-from ehsid.harness.gap.model.case import Case
-from ehsid.harness.gap.model.fit import Fit, best_of, descent, fit
-from ehsid.harness.gap.model.law import Law
-from ehsid.harness.gap.model.linear import Linear
-from ehsid.harness.gap.model.machine import effect_starts, machine_scale
-from ehsid.harness.gap.model.parameters import effect_parameters
-from ehsid.harness.gap.model.problem import Problem
-from ehsid.harness.gap.thresholds import (
+from ...arrays import FloatArray
+from ...catalogue.keys import ParameterKey, effect_values, sizes_of
+from ...catalogue.parameters import effects as catalogue
+from ...parallel import run_threads, run_together
+from ...rigs.table_law import TableLaw
+from ..model.case import Case
+from ..model.fit import Fit, best_of, descent, fit
+from ..model.law import Law
+from ..model.linear import Linear
+from ..model.machine import effect_starts, machine_scale
+from ..model.parameters import effect_parameters
+from ..model.problem import Problem
+from ..thresholds import (
     COLD_WINDOWS_S,
     DECISION_SUBSTEPS,
     ITERATIONS,
@@ -33,8 +34,7 @@ from ehsid.harness.gap.thresholds import (
     STIFFNESS_STARTS,
     STIFFNESS_STEPS,
 )
-from ehsid.harness.parallel import run_threads, run_together
-from ehsid.harness.rigs.table_law import TableLaw
+from .gap_reduction import WindowSums, window_sums
 
 SLEW = "nuisance.spool_slew_1_s"
 STIFFNESS = "fluid.bulk_modulus_pa"

@@ -3,17 +3,17 @@
 
 from __future__ import annotations
 
-from ehsid.harness.gap.deciding import FIT_TOGETHER
-from ehsid.harness.gap.inference.bounds import values_at_bounds
-from ehsid.harness.gap.inference.candidates import FittedCandidate
-from ehsid.harness.gap.inference.effect_selection import Selection
-from ehsid.harness.gap.inference.gap_reduction import explained_share
-from ehsid.harness.gap.inference.search import SearchResult
-from ehsid.harness.gap.inference.standing import standing
-from ehsid.harness.gap.inference.words import chance, in_words, percent
-from ehsid.harness.gap.model.case import Case
-from ehsid.harness.gap.schema import HowFar
-from ehsid.harness.gap.thresholds import MUCH_REMOVED, WORSE_CALIBRATED
+from ..deciding import FIT_TOGETHER
+from ..model.case import Case
+from ..schema import HowFar
+from ..thresholds import MUCH_REMOVED, WORSE_CALIBRATED
+from .bounds import values_at_bounds
+from .candidates import FittedCandidate
+from .effect_selection import Selection
+from .gap_reduction import explained_share
+from .search import SearchResult
+from .standing import standing
+from .words import chance, in_words, percent
 
 
 def caveats(

@@ -9,10 +9,13 @@ import numpy as np
 import numpy.typing as npt
 from scipy.signal import find_peaks
 
-from ehsid.harness.arrays import FloatArray
-from ehsid.harness.gap.model.comparison import Compared
-from ehsid.harness.gap.model.machine import areas
-from ehsid.harness.gap.thresholds import (
+from ...arrays import FloatArray
+from ...plain_number import plain_number
+from ...rigs import Rig
+from ...simulation import command_limit, measured_states
+from ..model.comparison import Compared
+from ..model.machine import areas
+from ..thresholds import (
     AFTER_TURN_S,
     LOW_PRESSURE_PA,
     NEAR_NULL,
@@ -20,9 +23,6 @@ from ehsid.harness.gap.thresholds import (
     TURN_OF_COMMAND,
     TURN_OF_ROD,
 )
-from ehsid.harness.plain_number import plain_number
-from ehsid.harness.rigs import Rig
-from ehsid.harness.simulation import command_limit, measured_states
 
 BoolArray = npt.NDArray[np.bool_]
 

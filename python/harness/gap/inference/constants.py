@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from ehsid.harness.gap.deciding import (
+from ..deciding import (
     EFFECT,
     EVIDENCE,
     LAPSE,

@@ -18,7 +18,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Literal
 
-from ehsid.harness.gap.deciding import (
+from ..deciding import (
     FALSE_ALARM,
     FURTHER_MEMBER,
     MISSED,
@@ -26,7 +26,7 @@ from ehsid.harness.gap.deciding import (
     SET_WITHOUT_TRUTH,
     WRONG_NAME,
 )
-from ehsid.harness.gap.inference.posterior import Hypothesis, Posterior
+from .posterior import Hypothesis, Posterior
 
 Kind = Literal["healthy", "effects", "ambiguous", "outside"]
 

@@ -5,13 +5,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from ehsid.harness.gap.inference.candidates import FittedCandidate
-from ehsid.harness.gap.inference.decision import Answer, least_loss
-from ehsid.harness.gap.inference.families import effect_families
-from ehsid.harness.gap.inference.posterior import Hypothesis, Posterior, posterior
-from ehsid.harness.gap.inference.search import SearchResult
-from ehsid.harness.gap.model.case import Case
-from ehsid.harness.gap.thresholds import OPEN, TOLD
+from ..model.case import Case
+from ..thresholds import OPEN, TOLD
+from .candidates import FittedCandidate
+from .decision import Answer, least_loss
+from .families import effect_families
+from .posterior import Hypothesis, Posterior, posterior
+from .search import SearchResult
 
 
 @dataclass(frozen=True, eq=False)

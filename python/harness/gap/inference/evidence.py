@@ -9,8 +9,8 @@ from typing import Literal
 
 import numpy as np
 
-from ehsid.harness.gap.inference.candidates import FittedCandidate
-from ehsid.harness.gap.model.case import Case
+from ..model.case import Case
+from .candidates import FittedCandidate
 
 Data = Literal["all", "fitted", "held out"]
 

@@ -6,7 +6,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from functools import cache
 
-from ehsid.harness.catalogue.parameters import effects as catalogue
+from ...catalogue.parameters import effects as catalogue
 
 COULOMB = "coulomb_friction"
 

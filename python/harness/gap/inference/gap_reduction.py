@@ -9,11 +9,11 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from ehsid.harness.arrays import FloatArray
-from ehsid.harness.gap.data.bootstrap import drawn_windows, interval
-from ehsid.harness.gap.data.floor import NoiseFloor
-from ehsid.harness.gap.model.comparison import Compared
-from ehsid.harness.gap.schema import Estimate, HowFar
+from ...arrays import FloatArray
+from ..data.bootstrap import drawn_windows, interval
+from ..data.floor import NoiseFloor
+from ..model.comparison import Compared
+from ..schema import Estimate, HowFar
 
 
 @dataclass(frozen=True, eq=False)

@@ -10,12 +10,11 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from types import MappingProxyType
 
-from ehsid.harness.catalogue.parameters import acts_on, names_of
-from ehsid.harness.catalogue.parameters import effects as catalogue
-from ehsid.harness.gap.data.regimes import Regimes
-from ehsid.harness.gap.inference.candidates import FittedCandidate
-from ehsid.harness.gap.schema import CannotJudge
-from ehsid.harness.gap.thresholds import (
+from ...catalogue.parameters import acts_on, names_of
+from ...catalogue.parameters import effects as catalogue
+from ..data.regimes import Regimes
+from ..schema import CannotJudge
+from ..thresholds import (
     FAST_HZ,
     HIGH_PRESSURE,
     LARGE_COMMAND,
@@ -26,6 +25,7 @@ from ehsid.harness.gap.thresholds import (
     LOW_PRESSURE,
     PRESSURES_VARY,
 )
+from .candidates import FittedCandidate
 
 
 def _large_commands(regimes: Regimes) -> str | None:

@@ -14,12 +14,12 @@ import math
 import numpy as np
 from scipy.stats import t as student
 
-from ehsid.harness.arrays import FloatArray
-from ehsid.harness.gap.inference.candidates import FittedCandidate, decision_case
-from ehsid.harness.gap.model.case import Case
-from ehsid.harness.gap.model.parameters import Parameter
-from ehsid.harness.gap.model.problem import Problem
-from ehsid.harness.gap.schema import Estimate
+from ...arrays import FloatArray
+from ..model.case import Case
+from ..model.parameters import Parameter
+from ..model.problem import Problem
+from ..schema import Estimate
+from .candidates import FittedCandidate, decision_case
 
 LEVEL = 0.9
 

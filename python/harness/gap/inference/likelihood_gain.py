@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ehsid.harness.gap.inference.candidates import FittedCandidate
-from ehsid.harness.gap.model.case import Case
+from ..model.case import Case
+from .candidates import FittedCandidate
 
 
 @dataclass(frozen=True)

@@ -5,12 +5,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-from ehsid.harness.catalogue.parameters import effects
-from ehsid.harness.gap.inference.candidates import FittedCandidate
-from ehsid.harness.gap.inference.maps import maps
-from ehsid.harness.gap.model.case import Case
-from ehsid.harness.gap.schema import SUBSYSTEMS, EquationShare, Where
-from ehsid.harness.gap.thresholds import SUBSYSTEM_SMALL, SUBSYSTEM_TAKES_PART
+from ...catalogue.parameters import effects
+from ..model.case import Case
+from ..schema import SUBSYSTEMS, EquationShare, Where
+from ..thresholds import SUBSYSTEM_SMALL, SUBSYSTEM_TAKES_PART
+from .candidates import FittedCandidate
+from .maps import maps
 
 # Parts whose shares are at least this share of the largest one explain the gap alike.
 ALIKE = 0.5

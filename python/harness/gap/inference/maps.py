@@ -15,18 +15,18 @@ import numpy as np
 import numpy.typing as npt
 from scipy.fft import dct
 
-from ehsid.harness.arrays import FloatArray
-from ehsid.harness.gap.data.bootstrap import drawn_windows, interval
-from ehsid.harness.gap.inference.conditions import conditions
-from ehsid.harness.gap.model.comparison import Compared
-from ehsid.harness.gap.schema import BandShare, Estimate, RegimeShare, SpanShare
-from ehsid.harness.gap.thresholds import (
+from ...arrays import FloatArray
+from ...rigs import Rig
+from ..data.bootstrap import drawn_windows, interval
+from ..model.comparison import Compared
+from ..schema import BandShare, Estimate, RegimeShare, SpanShare
+from ..thresholds import (
     BANDS_HZ,
     LEAST_TIME,
     SPAN_EXCESS,
     SPAN_WINDOWS,
 )
-from ehsid.harness.rigs import Rig
+from .conditions import conditions
 
 
 @dataclass(frozen=True)

@@ -27,14 +27,14 @@ from dataclasses import dataclass, replace
 import numpy as np
 import numpy.typing as npt
 
-from ehsid.harness.arrays import FloatArray
-from ehsid.harness.gap.inference.candidates import FittedCandidate
-from ehsid.harness.gap.inference.constants import IN_USE, Constants
-from ehsid.harness.gap.inference.evidence import left
-from ehsid.harness.gap.inference.families import effect_families, law_count
-from ehsid.harness.gap.inference.seen_edges import edges_can_replace_force
-from ehsid.harness.gap.inference.sizes import margin, matters
-from ehsid.harness.gap.model.case import Case
+from ...arrays import FloatArray
+from ..model.case import Case
+from .candidates import FittedCandidate
+from .constants import IN_USE, Constants
+from .evidence import left
+from .families import effect_families, law_count
+from .seen_edges import edges_can_replace_force
+from .sizes import margin, matters
 
 # Nats beyond which more evidence makes no difference; its exponential is finite.
 MOST_EVIDENCE = 500.0

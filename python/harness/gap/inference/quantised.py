@@ -9,10 +9,10 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
-from ehsid.harness.gap.data.floor import sensor_step
-from ehsid.harness.gap.model.case import Case
-from ehsid.harness.gap.schema import Estimate
-from ehsid.harness.gap.thresholds import (
+from ..data.floor import sensor_step
+from ..model.case import Case
+from ..schema import Estimate
+from ..thresholds import (
     LEAST_STEP,
     STEP_OF_FLOOR,
     STEP_OF_RIG_NOISE,

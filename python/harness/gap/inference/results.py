@@ -9,28 +9,13 @@ from dataclasses import replace
 
 import numpy as np
 
-from ehsid.harness.arrays import FloatArray
-from ehsid.harness.catalogue.keys import ParameterKey, sizes_of
-from ehsid.harness.gap.deciding import MOVED_FIT, MOVED_PRIOR
-from ehsid.harness.gap.inference.between_machines import (
-    reduction_between_machines,
-    size_between_machines,
-)
-from ehsid.harness.gap.inference.candidates import FittedCandidate, decision_case
-from ehsid.harness.gap.inference.effect_selection import Selection
-from ehsid.harness.gap.inference.gap_reduction import (
-    explained_share,
-    gap_reduction,
-    window_sums,
-)
-from ehsid.harness.gap.inference.intervals import candidate_deviations, in_deviations, interval
-from ehsid.harness.gap.inference.likelihood_gain import likelihood_gain
-from ehsid.harness.gap.inference.search import SearchResult
-from ehsid.harness.gap.inference.standing import standing
-from ehsid.harness.gap.model.case import Case
-from ehsid.harness.gap.model.comparison import Compared
-from ehsid.harness.gap.model.parameters import Parameter
-from ehsid.harness.gap.schema import (
+from ...arrays import FloatArray
+from ...catalogue.keys import ParameterKey, sizes_of
+from ..deciding import MOVED_FIT, MOVED_PRIOR
+from ..model.case import Case
+from ..model.comparison import Compared
+from ..model.parameters import Parameter
+from ..schema import (
     CalibratedValue,
     Candidate,
     Estimate,
@@ -38,11 +23,26 @@ from ehsid.harness.gap.schema import (
     HeldOutRun,
     HowFar,
 )
-from ehsid.harness.gap.thresholds import (
+from ..thresholds import (
     BOOTSTRAP_SEED,
     MODEL_ERROR,
     MODEL_ERROR_POSITION,
 )
+from .between_machines import (
+    reduction_between_machines,
+    size_between_machines,
+)
+from .candidates import FittedCandidate, decision_case
+from .effect_selection import Selection
+from .gap_reduction import (
+    explained_share,
+    gap_reduction,
+    window_sums,
+)
+from .intervals import candidate_deviations, in_deviations, interval
+from .likelihood_gain import likelihood_gain
+from .search import SearchResult
+from .standing import standing
 
 
 def held_out_results(

@@ -11,10 +11,27 @@ from typing import Protocol
 
 import numpy as np
 
-from ehsid.harness.arrays import FloatArray
-from ehsid.harness.catalogue.keys import sizes_of
-from ehsid.harness.catalogue.parameters import acts_on, effects
-from ehsid.harness.gap.inference.candidates import (
+from ...arrays import FloatArray
+from ...catalogue.keys import sizes_of
+from ...catalogue.parameters import acts_on, effects
+from ...parallel import Progress, part_of, run_threads, run_together
+from ...rigs import Rig
+from ..model.case import Case
+from ..model.machine import effect_starts
+from ..model.parameters import effect_parameters
+from ..model.separation import contains
+from ..schema import Stage
+from ..thresholds import (
+    AT_FLOOR,
+    BEAM,
+    BEHIND_NATS,
+    FORWARD_NATS,
+    FORWARD_RELATIVE,
+    LEAST_SCREENED_GAIN,
+    MOST_EFFECTS,
+    MOST_REFINED,
+)
+from .candidates import (
     FittedCandidate,
     calibrate,
     decision_case,
@@ -25,26 +42,9 @@ from ehsid.harness.gap.inference.candidates import (
     refine_finely,
     screen,
 )
-from ehsid.harness.gap.inference.families import repeats_a_law, spelled_out
-from ehsid.harness.gap.inference.likelihood_gain import above_floor, likelihood_gain
-from ehsid.harness.gap.inference.sizes import matters
-from ehsid.harness.gap.model.case import Case
-from ehsid.harness.gap.model.machine import effect_starts
-from ehsid.harness.gap.model.parameters import effect_parameters
-from ehsid.harness.gap.model.separation import contains
-from ehsid.harness.gap.schema import Stage
-from ehsid.harness.gap.thresholds import (
-    AT_FLOOR,
-    BEAM,
-    BEHIND_NATS,
-    FORWARD_NATS,
-    FORWARD_RELATIVE,
-    LEAST_SCREENED_GAIN,
-    MOST_EFFECTS,
-    MOST_REFINED,
-)
-from ehsid.harness.parallel import Progress, part_of, run_threads, run_together
-from ehsid.harness.rigs import Rig
+from .families import repeats_a_law, spelled_out
+from .likelihood_gain import above_floor, likelihood_gain
+from .sizes import matters
 
 # Share of the time of a screening that the short fits from the start take; laws that grow from
 # simpler ones take the rest.

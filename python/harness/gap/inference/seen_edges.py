@@ -3,12 +3,12 @@
 
 from __future__ import annotations
 
-from ehsid.harness.catalogue.keys import ParameterKey
-from ehsid.harness.gap.deciding import FORCE_DEVIATIONS
-from ehsid.harness.gap.inference.candidates import FittedCandidate
-from ehsid.harness.gap.inference.families import spelled_out
-from ehsid.harness.gap.inference.intervals import candidate_deviations
-from ehsid.harness.gap.model.case import Case
+from ...catalogue.keys import ParameterKey
+from ..deciding import FORCE_DEVIATIONS
+from ..model.case import Case
+from .candidates import FittedCandidate
+from .families import spelled_out
+from .intervals import candidate_deviations
 
 FORCE = "load_force"
 

@@ -6,10 +6,10 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 
-from ehsid.harness.catalogue.keys import sizes_of
-from ehsid.harness.catalogue.parameters import effects
-from ehsid.harness.gap.model.machine import machine_scale
-from ehsid.harness.rigs import Rig
+from ...catalogue.keys import sizes_of
+from ...catalogue.parameters import effects
+from ...rigs import Rig
+from ..model.machine import machine_scale
 
 # Accuracy of a margin: it weighs a few nats, of which a hundredth is nothing.
 MARGIN_STEP = 0.01

@@ -6,18 +6,18 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 
-from ehsid.harness.catalogue.keys import ParameterKey
-from ehsid.harness.catalogue.parameters import effects
-from ehsid.harness.catalogue.value_names import VALUE_NAMES
-from ehsid.harness.gap.inference.candidates import FittedCandidate
-from ehsid.harness.gap.inference.effect_selection import Selection
-from ehsid.harness.gap.inference.likelihood_gain import likelihood_gain
-from ehsid.harness.gap.inference.search import SearchResult
-from ehsid.harness.gap.inference.sizes import matters, simpler_part, too_large
-from ehsid.harness.gap.inference.words import chance, in_words
-from ehsid.harness.gap.model.case import Case
-from ehsid.harness.gap.schema import Standing
-from ehsid.harness.rigs import Rig
+from ...catalogue.keys import ParameterKey
+from ...catalogue.parameters import effects
+from ...catalogue.value_names import VALUE_NAMES
+from ...rigs import Rig
+from ..model.case import Case
+from ..schema import Standing
+from .candidates import FittedCandidate
+from .effect_selection import Selection
+from .likelihood_gain import likelihood_gain
+from .search import SearchResult
+from .sizes import matters, simpler_part, too_large
+from .words import chance, in_words
 
 
 def standing(

@@ -6,17 +6,17 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
-from ehsid.harness.gap.deciding import LEAST_GAIN, NEAR_FLOOR, NEAR_GAP, VALUES
-from ehsid.harness.gap.inference.bounds import AtBound, values_at_bounds
-from ehsid.harness.gap.inference.candidates import FittedCandidate
-from ehsid.harness.gap.inference.caveats import caveats
-from ehsid.harness.gap.inference.effect_selection import Selection
-from ehsid.harness.gap.inference.evidence import left
-from ehsid.harness.gap.inference.search import SearchResult
-from ehsid.harness.gap.inference.words import chance, in_words, percent
-from ehsid.harness.gap.model.case import Case
-from ehsid.harness.gap.schema import CalibratedValue, CannotJudge, Estimate, HowFar, Verdict
-from ehsid.harness.gap.thresholds import TOLD
+from ..deciding import LEAST_GAIN, NEAR_FLOOR, NEAR_GAP, VALUES
+from ..model.case import Case
+from ..schema import CalibratedValue, CannotJudge, Estimate, HowFar, Verdict
+from ..thresholds import TOLD
+from .bounds import AtBound, values_at_bounds
+from .candidates import FittedCandidate
+from .caveats import caveats
+from .effect_selection import Selection
+from .evidence import left
+from .search import SearchResult
+from .words import chance, in_words, percent
 
 
 @dataclass(frozen=True)

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from ehsid.harness.catalogue.effect_names import effect_name
+from ...catalogue.effect_names import effect_name
 
 
 def in_words(effects: Sequence[str]) -> str:

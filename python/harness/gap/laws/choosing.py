@@ -11,26 +11,26 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.stats import norm
 
-from ehsid.harness.arrays import FloatArray
-from ehsid.harness.catalogue.keys import ParameterKey
-from ehsid.harness.catalogue.parameters import effects
-from ehsid.harness.gap.deciding import EFFECT, EVIDENCE
-from ehsid.harness.gap.inference.candidates import FittedCandidate, decision_case, evaluate
-from ehsid.harness.gap.inference.evidence import left
-from ehsid.harness.gap.inference.families import law_count
-from ehsid.harness.gap.inference.gap_reduction import WindowSums, mean_gap
-from ehsid.harness.gap.inference.intervals import LEVEL, candidate_covariance
-from ehsid.harness.gap.inference.search import restrict
-from ehsid.harness.gap.inference.sizes import matters
-from ehsid.harness.gap.laws.fitting import LONG, with_one_law
-from ehsid.harness.gap.laws.menu import MENU, visited
-from ehsid.harness.gap.laws.words import describe
-from ehsid.harness.gap.model.case import Case
-from ehsid.harness.gap.model.fit import fit
-from ehsid.harness.gap.model.law import Law
-from ehsid.harness.gap.schema import MissingLaw
-from ehsid.harness.parallel import Progress, part_of
-from ehsid.harness.rigs.table_words import table_subsystem
+from ...arrays import FloatArray
+from ...catalogue.keys import ParameterKey
+from ...catalogue.parameters import effects
+from ...parallel import Progress, part_of
+from ...rigs.table_words import table_subsystem
+from ..deciding import EFFECT, EVIDENCE
+from ..inference.candidates import FittedCandidate, decision_case, evaluate
+from ..inference.evidence import left
+from ..inference.families import law_count
+from ..inference.gap_reduction import WindowSums, mean_gap
+from ..inference.intervals import LEVEL, candidate_covariance
+from ..inference.search import restrict
+from ..inference.sizes import matters
+from ..model.case import Case
+from ..model.fit import fit
+from ..model.law import Law
+from ..schema import MissingLaw
+from .fitting import LONG, with_one_law
+from .menu import MENU, visited
+from .words import describe
 
 MOST_LAWS = 2
 # Prior cost of a law, nats: that of two effects, for its form is free, and of the choice among the

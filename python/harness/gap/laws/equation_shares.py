@@ -6,13 +6,13 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 
-from ehsid.harness.gap.inference.candidates import FittedCandidate
-from ehsid.harness.gap.laws.equation_terms import SUBSYSTEM, EquationTerms, equation_terms
-from ehsid.harness.gap.laws.unknown_inputs import unknown_input
-from ehsid.harness.gap.model.case import Case
-from ehsid.harness.gap.schema import EquationShare
-from ehsid.harness.gap.thresholds import SUBSYSTEM_TAKES_PART
-from ehsid.harness.parallel import Progress, part_of
+from ...parallel import Progress, part_of
+from ..inference.candidates import FittedCandidate
+from ..model.case import Case
+from ..schema import EquationShare
+from ..thresholds import SUBSYSTEM_TAKES_PART
+from .equation_terms import SUBSYSTEM, EquationTerms, equation_terms
+from .unknown_inputs import unknown_input
 
 # Gain, nats, below which no equation lacks anything that the records show.
 LEAST_GAIN = 3.0

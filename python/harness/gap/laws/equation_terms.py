@@ -21,17 +21,17 @@ from types import MappingProxyType
 import numpy as np
 import numpy.typing as npt
 
-from ehsid.harness.arrays import FloatArray
-from ehsid.harness.gap.inference.candidates import FittedCandidate
-from ehsid.harness.gap.laws.menu import KNOTS, knots, knots_over, sizes
-from ehsid.harness.gap.laws.trajectory import BY_DIRECTION, LOAD_PRESSURE, RATES, trajectories
-from ehsid.harness.gap.model.case import Case
-from ehsid.harness.gap.model.fit import descent
-from ehsid.harness.gap.model.law import Law
-from ehsid.harness.gap.model.linear import Linear
-from ehsid.harness.gap.model.problem import Problem
-from ehsid.harness.gap.model.relevance import Relevance, quadratic, relevance
-from ehsid.harness.parallel import Progress, run_together
+from ...arrays import FloatArray
+from ...parallel import Progress, run_together
+from ..inference.candidates import FittedCandidate
+from ..model.case import Case
+from ..model.fit import descent
+from ..model.law import Law
+from ..model.linear import Linear
+from ..model.problem import Problem
+from ..model.relevance import Relevance, quadratic, relevance
+from .menu import KNOTS, knots, knots_over, sizes
+from .trajectory import BY_DIRECTION, LOAD_PRESSURE, RATES, trajectories
 
 # Variables of each equation: first those that a table can have, then those of linear terms.
 TABLES: Mapping[str, tuple[str, ...]] = MappingProxyType(

@@ -9,14 +9,14 @@ from functools import partial
 
 import numpy as np
 
-from ehsid.harness.gap.inference.candidates import FittedCandidate, decision_case, evaluate
-from ehsid.harness.gap.inference.evidence import left
-from ehsid.harness.gap.laws.menu import laws
-from ehsid.harness.gap.model.case import Case
-from ehsid.harness.gap.model.fit import descent, fit
-from ehsid.harness.gap.model.law import Law
-from ehsid.harness.gap.model.linear import Linear
-from ehsid.harness.parallel import Progress, part_of, run_together
+from ...parallel import Progress, part_of, run_together
+from ..inference.candidates import FittedCandidate, decision_case, evaluate
+from ..inference.evidence import left
+from ..model.case import Case
+from ..model.fit import descent, fit
+from ..model.law import Law
+from ..model.linear import Linear
+from .menu import laws
 
 # Steps of a short fit of each law of the menu, number of laws that get a long one, and its steps.
 SHORT, KEPT, LONG = 3, 4, 12

@@ -12,10 +12,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ehsid.harness.arrays import FloatArray
-from ehsid.harness.plain_number import plain_number
-from ehsid.harness.rigs.table_law import TableLaw
-from ehsid.harness.rigs.table_words import OF_TERM, OF_VARIABLE
+from ...arrays import FloatArray
+from ...plain_number import plain_number
+from ...rigs.table_law import TableLaw
+from ...rigs.table_words import OF_TERM, OF_VARIABLE
 
 Columns = Callable[[FloatArray, float], list[FloatArray]]
 Words = Callable[[FloatArray, float, TableLaw], str | None]

@@ -10,13 +10,13 @@ from types import MappingProxyType
 
 import numpy as np
 
-from ehsid.harness.arrays import FloatArray
-from ehsid.harness.gap.inference.candidates import FittedCandidate
-from ehsid.harness.gap.laws.trajectory import trajectories
-from ehsid.harness.gap.model.case import Case
-from ehsid.harness.gap.model.law import Law
-from ehsid.harness.gap.model.machine import machine_scale
-from ehsid.harness.rigs import Rig
+from ...arrays import FloatArray
+from ...rigs import Rig
+from ..inference.candidates import FittedCandidate
+from ..model.case import Case
+from ..model.law import Law
+from ..model.machine import machine_scale
+from .trajectory import trajectories
 
 # Variables of each equation, as far as physics knows such laws: friction, springs and bearings;
 # flow laws of the edges, leakage and air; errors of sensors; clocks that drift.

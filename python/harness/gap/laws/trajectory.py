@@ -6,8 +6,9 @@ from __future__ import annotations
 import numpy as np
 
 import ehsid
-from ehsid.harness.arrays import FloatArray
-from ehsid.harness.gap.model.problem import Problem
+
+from ...arrays import FloatArray
+from ..model.problem import Problem
 
 # Rates are the slopes of outputs over this time: one simulated sample has steps.
 RATE_S = 0.005

@@ -15,17 +15,17 @@ from functools import partial
 import numpy as np
 import numpy.typing as npt
 
-from ehsid.harness.arrays import FloatArray
-from ehsid.harness.gap.laws.equation_terms import LINEAR, TABLES, EquationTerms
-from ehsid.harness.gap.laws.menu import KNOTS, KNOTS_OF_TIME, knots
-from ehsid.harness.gap.laws.trajectory import trajectories
-from ehsid.harness.gap.model.hats import Hats, hats
-from ehsid.harness.gap.model.law import Law
-from ehsid.harness.gap.model.problem import Problem
-from ehsid.harness.gap.model.smoothing import Part, ornstein_uhlenbeck, smooth
-from ehsid.harness.gap.model.spectrum import BANDS
-from ehsid.harness.gap.schema import UnknownInput
-from ehsid.harness.parallel import run_together
+from ...arrays import FloatArray
+from ...parallel import run_together
+from ..model.hats import Hats, hats
+from ..model.law import Law
+from ..model.problem import Problem
+from ..model.smoothing import Part, ornstein_uhlenbeck, smooth
+from ..model.spectrum import BANDS
+from ..schema import UnknownInput
+from .equation_terms import LINEAR, TABLES, EquationTerms
+from .menu import KNOTS, KNOTS_OF_TIME, knots
+from .trajectory import trajectories
 
 # Corner frequencies of the process that are tried, Hz.
 CORNERS_HZ = (1.0, 5.0, 25.0)

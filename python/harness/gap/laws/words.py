@@ -8,12 +8,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ehsid.harness.arrays import FloatArray
-from ehsid.harness.gap.laws.forms import Form, forms_of
-from ehsid.harness.gap.schema import MissingLaw
-from ehsid.harness.plain_number import plain_number
-from ehsid.harness.rigs.table_law import TableLaw
-from ehsid.harness.rigs.table_words import OF_TERM, OF_VARIABLE, table_words
+from ...arrays import FloatArray
+from ...plain_number import plain_number
+from ...rigs.table_law import TableLaw
+from ...rigs.table_words import OF_TERM, OF_VARIABLE, table_words
+from ..schema import MissingLaw
+from .forms import Form, forms_of
 
 # A form fits where it leaves less than this share of the curve's mean square; a later one, which
 # has more to adapt, where it leaves less than CLEARLY of what an earlier one leaves.

@@ -10,20 +10,14 @@ import numpy as np
 from scipy.signal import welch
 
 import ehsid
-from ehsid.harness.catalogue.channels import CHAMBER_PRESSURES
-from ehsid.harness.catalogue.parameters import effects as catalogue
-from ehsid.harness.gap.data.floor import NoiseFloor
-from ehsid.harness.gap.data.sensor_floor import sensor_floor
-from ehsid.harness.gap.model.comparison import Blocks, Compared, compare, varying_outputs
-from ehsid.harness.gap.model.law import Law
-from ehsid.harness.gap.model.machine import effect_starts
-from ehsid.harness.gap.model.parameters import (
-    Parameter,
-    calibration_parameters,
-    effect_parameters,
-)
-from ehsid.harness.gap.model.problem import Problem
-from ehsid.harness.gap.thresholds import (
+
+from ...catalogue.channels import CHAMBER_PRESSURES
+from ...catalogue.parameters import effects as catalogue
+from ...records import Record
+from ...rigs import Rig
+from ..data.floor import NoiseFloor
+from ..data.sensor_floor import sensor_floor
+from ..thresholds import (
     LEAST_WINDOW_SAMPLES,
     MOSTLY_SWINGS,
     SUBSTEPS,
@@ -31,8 +25,15 @@ from ehsid.harness.gap.thresholds import (
     WINDOW_S,
     WINDOW_SWINGING_S,
 )
-from ehsid.harness.records import Record
-from ehsid.harness.rigs import Rig
+from .comparison import Blocks, Compared, compare, varying_outputs
+from .law import Law
+from .machine import effect_starts
+from .parameters import (
+    Parameter,
+    calibration_parameters,
+    effect_parameters,
+)
+from .problem import Problem
 
 
 @dataclass(frozen=True, eq=False)

@@ -12,18 +12,18 @@ import numpy as np
 import numpy.typing as npt
 from scipy.signal import savgol_filter
 
-from ehsid.harness.arrays import FloatArray
-from ehsid.harness.catalogue.channels import CHANNELS
-from ehsid.harness.gap.data.rounding import rounding_errors
-from ehsid.harness.gap.thresholds import BLOCK_S, BLOCKS_TURN, SKIP_S, WINDOW_S
-from ehsid.harness.records import Record
-from ehsid.harness.simulation.windows import (
+from ...arrays import FloatArray
+from ...catalogue.channels import CHANNELS
+from ...records import Record
+from ...simulation.windows import (
     SMOOTHED_ORDER,
     SMOOTHED_S,
     STATES,
     measured_states,
     window_numbers,
 )
+from ..data.rounding import rounding_errors
+from ..thresholds import BLOCK_S, BLOCKS_TURN, SKIP_S, WINDOW_S
 
 Blocks = Literal["all", "fit", "held out"]
 

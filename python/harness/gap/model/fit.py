@@ -14,9 +14,9 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from ehsid.harness.arrays import FloatArray
-from ehsid.harness.gap.model.linear import Linear
-from ehsid.harness.gap.model.problem import Problem, Step
+from ...arrays import FloatArray
+from .linear import Linear
+from .problem import Problem, Step
 
 DAMPING = 1e-2
 DAMPING_DECREASE, DAMPING_INCREASE = 1.0 / 6.0, 8.0

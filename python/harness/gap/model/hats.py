@@ -16,8 +16,8 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from ehsid.harness.arrays import FloatArray
-from ehsid.harness.gap.model.comparison import Compared
+from ...arrays import FloatArray
+from .comparison import Compared
 
 # Distance of the nodes, s: unknown inputs up to 25 Hz. Slowly sampled records have fewer.
 SPACING_S = 0.02

@@ -21,9 +21,9 @@ from functools import cached_property
 
 import numpy as np
 
-from ehsid.harness.arrays import FloatArray
-from ehsid.harness.gap.model.parameters import Parameter
-from ehsid.harness.rigs.table_law import TableLaw
+from ...arrays import FloatArray
+from ...rigs.table_law import TableLaw
+from .parameters import Parameter
 
 # Length l of the prior, in knots: a law bends a few times at most.
 LENGTH = 3.0

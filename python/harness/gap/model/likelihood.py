@@ -22,8 +22,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ehsid.harness.arrays import FloatArray
-from ehsid.harness.gap.model.spectrum import Spectrum
+from ...arrays import FloatArray
+from .spectrum import Spectrum
 
 
 @dataclass(frozen=True, eq=False)

@@ -15,8 +15,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ehsid.harness.arrays import FloatArray
-from ehsid.harness.gap.model.spectrum import BANDS, Spectrum
+from ...arrays import FloatArray
+from .spectrum import BANDS, Spectrum
 
 
 @dataclass(frozen=True, eq=False)

@@ -7,8 +7,9 @@ import math
 from collections.abc import Mapping
 
 import ehsid
-from ehsid.harness.catalogue.parameters import effects
-from ehsid.harness.rigs import Rig
+
+from ...catalogue.parameters import effects
+from ...rigs import Rig
 
 STROKE = "cylinder.stroke_m"
 # To three digits: the fits start from sizes in proportion to it, and a start that differs in the

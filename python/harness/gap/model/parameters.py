@@ -8,13 +8,15 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 from ehsid import EffectTerms
-from ehsid.harness.catalogue.keys import ParameterKey
-from ehsid.harness.catalogue.parameters import (
+
+from ...catalogue.keys import ParameterKey
+from ...catalogue.parameters import (
     acts_on,
     effects,
     plant_parameters,
 )
-from ehsid.harness.gap.thresholds import (
+from ...rigs import Rig
+from ..thresholds import (
     HELD,
     LOGARITHMIC_NUISANCES,
     MOST_SIGMAS,
@@ -23,7 +25,6 @@ from ehsid.harness.gap.thresholds import (
     SEEN_BY_PRESSURES,
     UNSEEN_CENTRE,
 )
-from ehsid.harness.rigs import Rig
 
 OF_HIDDEN_SPOOL = ("nuisance.spool_bandwidth_hz", "nuisance.spool_damping")
 FRICTION_NUISANCES = ("nuisance.presliding_m", "nuisance.sliding_onset_m_s")

@@ -18,18 +18,19 @@ import numpy as np
 import numpy.typing as npt
 
 import ehsid
-from ehsid.harness.arrays import FloatArray
-from ehsid.harness.catalogue.parameters import plant_parameters
-from ehsid.harness.gap.deciding import INDEPENDENT, LEAST_TOLERANCE, TOLERANCE
-from ehsid.harness.gap.model.comparison import Compared
-from ehsid.harness.gap.model.law import Law, block_basis
-from ehsid.harness.gap.model.likelihood import OutputLikelihood
-from ehsid.harness.gap.model.linear import Linear
-from ehsid.harness.gap.model.parameters import Parameter
-from ehsid.harness.gap.model.spectrum import BANDS, Spectrum
-from ehsid.harness.parallel import run_threads, worker_count
-from ehsid.harness.rigs import Rig
-from ehsid.harness.simulation.outputs import OUTPUTS
+
+from ...arrays import FloatArray
+from ...catalogue.parameters import plant_parameters
+from ...parallel import run_threads, worker_count
+from ...rigs import Rig
+from ...simulation.outputs import OUTPUTS
+from ..deciding import INDEPENDENT, LEAST_TOLERANCE, TOLERANCE
+from .comparison import Compared
+from .law import Law, block_basis
+from .likelihood import OutputLikelihood
+from .linear import Linear
+from .parameters import Parameter
+from .spectrum import BANDS, Spectrum
 
 # Only the shape of a position inside a window counts: a free run drifts.
 CENTRED = "position_m"

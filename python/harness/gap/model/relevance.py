@@ -19,9 +19,9 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from ehsid.harness.arrays import FloatArray
-from ehsid.harness.gap.model.linear import Linear
-from ehsid.harness.gap.model.problem import Problem
+from ...arrays import FloatArray
+from .linear import Linear
+from .problem import Problem
 
 ROUNDS = 15
 # Range of the factor of the prior variance of a block.

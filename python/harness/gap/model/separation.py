@@ -9,24 +9,24 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.stats import norm
 
-from ehsid.harness.arrays import FloatArray
-from ehsid.harness.catalogue.keys import sizes_of
-from ehsid.harness.catalogue.parameters import effects as catalogue
-from ehsid.harness.gap.deciding import EVIDENCE
-from ehsid.harness.gap.model.comparison import Compared, compare
-from ehsid.harness.gap.model.fit import fit
-from ehsid.harness.gap.model.likelihood import OutputLikelihood
-from ehsid.harness.gap.model.parameters import Parameter, calibration_parameters, effect_parameters
-from ehsid.harness.gap.model.problem import Problem
-from ehsid.harness.gap.thresholds import (
+from ...arrays import FloatArray
+from ...catalogue.keys import sizes_of
+from ...catalogue.parameters import effects as catalogue
+from ...records import Record
+from ...rigs import Rig
+from ...simulation import simulate
+from ..deciding import EVIDENCE
+from ..thresholds import (
     DESIGN_ERROR,
     ITERATIONS,
     SEPARATED_NATS,
     SUBSTEPS,
 )
-from ehsid.harness.records import Record
-from ehsid.harness.rigs import Rig
-from ehsid.harness.simulation import simulate
+from .comparison import Compared, compare
+from .fit import fit
+from .likelihood import OutputLikelihood
+from .parameters import Parameter, calibration_parameters, effect_parameters
+from .problem import Problem
 
 # A candidate: its effects, and its values of the plant by full name.
 CandidateModel = tuple[tuple[str, ...], Mapping[str, float]]

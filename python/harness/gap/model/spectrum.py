@@ -28,8 +28,8 @@ import numpy as np
 import numpy.typing as npt
 from scipy.fft import dct, idct
 
-from ehsid.harness.arrays import FloatArray
-from ehsid.harness.gap.model.comparison import Compared
+from ...arrays import FloatArray
+from .comparison import Compared
 
 # Number of bands. In windows of half a second the highest one ends at 256 Hz: above it, the servos
 # that this is for show the noise of their sensors only.

@@ -12,12 +12,12 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from ehsid.harness.arrays import FloatArray
-from ehsid.harness.catalogue.channels import TIME
-from ehsid.harness.records.errors import RecordError
-from ehsid.harness.records.limits import BYTES, COLUMNS, SAMPLES
-from ehsid.harness.records.logs.log import Series
-from ehsid.harness.records.logs.names import means
+from ...arrays import FloatArray
+from ...catalogue.channels import TIME
+from ..errors import RecordError
+from ..limits import BYTES, COLUMNS, SAMPLES
+from .log import Series
+from .names import means
 
 VALUE_BYTES = 8
 # A matrix with more columns than this is no set of signals.

@@ -10,13 +10,15 @@ from pathlib import Path
 
 import numpy as np
 
-from ehsid.harness.arrays import FloatArray
-from ehsid.harness.catalogue.channels import TIME
-from ehsid.harness.records.errors import MisnamedColumnError, RecordError, misnamed_column
-from ehsid.harness.records.layout import ColumnMap, layout_of, usual_units
-from ehsid.harness.records.logs.jumps import put_right, unwrapped
-from ehsid.harness.records.logs.log import Log, Series
-from ehsid.harness.records.logs.names import (
+from ...arrays import FloatArray
+from ...catalogue.channels import TIME
+from ..errors import MisnamedColumnError, RecordError, misnamed_column
+from ..layout import ColumnMap, layout_of, usual_units
+from ..origin import DATES, Taken
+from ..pasting import columns_line, map_option, units_differ
+from .jumps import put_right, unwrapped
+from .log import Log, Series
+from .names import (
     doubt_of_unit,
     is_counter,
     means,
@@ -24,15 +26,13 @@ from ehsid.harness.records.logs.names import (
     says,
     unit_in_name,
 )
-from ehsid.harness.records.logs.units import (
+from .units import (
     conversion,
     is_other_unit,
     pint_unit,
     split_unit,
     without_unit,
 )
-from ehsid.harness.records.origin import DATES, Taken
-from ehsid.harness.records.pasting import columns_line, map_option, units_differ
 
 # Seconds of a unit of time.
 SECONDS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9, "min": 60.0, "h": 3600.0, "day": 86400.0}

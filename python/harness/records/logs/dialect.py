@@ -9,10 +9,10 @@ from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from ehsid.harness.catalogue.channels import CHANNELS
-from ehsid.harness.records.csv_text import WITH_PREFIX
-from ehsid.harness.records.logs.names import means
-from ehsid.harness.records.logs.units import looks_like_a_unit
+from ...catalogue.channels import CHANNELS
+from ..csv_text import WITH_PREFIX
+from .names import means
+from .units import looks_like_a_unit
 
 SAMPLE_LINES = 400  # header blocks of loggers are shorter than half of these
 DELIMITERS = ("\t", ";", "|", ",", " ")  # in the order in which they win a tie

@@ -15,14 +15,14 @@ from typing import Any
 
 import numpy as np
 
-from ehsid.harness.arrays import FloatArray
-from ehsid.harness.catalogue.channels import TIME
-from ehsid.harness.records.errors import RecordError
-from ehsid.harness.records.limits import COLUMNS, SAMPLES
-from ehsid.harness.records.logs.arrays import as_float
-from ehsid.harness.records.logs.clock import SECONDS
-from ehsid.harness.records.logs.log import Series
-from ehsid.harness.records.logs.units import pint_unit
+from ...arrays import FloatArray
+from ...catalogue.channels import TIME
+from ..errors import RecordError
+from ..limits import COLUMNS, SAMPLES
+from .arrays import as_float
+from .clock import SECONDS
+from .log import Series
+from .units import pint_unit
 
 KIND = "MAT file of dSPACE ControlDesk"
 

@@ -13,12 +13,12 @@ import h5py
 import numpy as np
 import numpy.typing as npt
 
-from ehsid.harness.records.errors import RecordError, damaged
-from ehsid.harness.records.limits import BYTES, COLUMNS
-from ehsid.harness.records.logs.arrays import SEPARATOR, Part, series_of
-from ehsid.harness.records.logs.log import Log
-from ehsid.harness.records.logs.matlab_objects import object_parts
-from ehsid.harness.records.logs.packing import Unpack, unpacking
+from ..errors import RecordError, damaged
+from ..limits import BYTES, COLUMNS
+from .arrays import SEPARATOR, Part, series_of
+from .log import Log
+from .matlab_objects import object_parts
+from .packing import Unpack, unpacking
 
 # As in MAT files before version 7.3.
 MOST_DEPTH, MOST_CELLS = 3, 64

@@ -5,9 +5,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from ehsid.harness.arrays import FloatArray
-from ehsid.harness.records.logs.uniform import Rows
-from ehsid.harness.records.timebase import BRIDGED_STEPS, GAP_FACTOR
+from ...arrays import FloatArray
+from ..timebase import BRIDGED_STEPS, GAP_FACTOR
+from .uniform import Rows
 
 HOUR_S = 3600.0
 # Shares of a second in which counters count.

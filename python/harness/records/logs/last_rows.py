@@ -6,8 +6,8 @@ from __future__ import annotations
 import csv
 from collections.abc import Sequence
 
-from ehsid.harness.records.csv_text import ROWS_OF_ONE_FORM, is_cut
-from ehsid.harness.records.logs.dialect import cells_of
+from ..csv_text import ROWS_OF_ONE_FORM, is_cut
+from .dialect import cells_of
 
 # Rows of results below a table are fewer.
 MOST_RESULTS = 12

@@ -6,7 +6,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
-from ehsid.harness.arrays import FloatArray
+from ...arrays import FloatArray
 
 Read = Callable[[], FloatArray]
 

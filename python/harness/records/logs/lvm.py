@@ -16,12 +16,12 @@ from typing import TypeVar
 
 import numpy as np
 
-from ehsid.harness.arrays import FloatArray
-from ehsid.harness.records.csv_text import check_size
-from ehsid.harness.records.errors import RecordError
-from ehsid.harness.records.logs import text as plain
-from ehsid.harness.records.logs.dialect import Dialect, cells_of
-from ehsid.harness.records.logs.log import Log, Series
+from ...arrays import FloatArray
+from ..csv_text import check_size
+from ..errors import RecordError
+from . import text as plain
+from .dialect import Dialect, cells_of
+from .log import Log, Series
 
 END, START_SPECIAL, END_SPECIAL = "***End_of_Header***", "***Start_Special***", "***End_Special***"
 FIRST_LINE = "LabVIEW Measurement"

@@ -6,10 +6,10 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable
 
-from ehsid.harness.catalogue.channels import CHANNELS
-from ehsid.harness.records.errors import nearest_name
-from ehsid.harness.records.layout import ColumnMap, is_convertible, usual_units
-from ehsid.harness.records.logs.units import pint_unit
+from ...catalogue.channels import CHANNELS
+from ..errors import nearest_name
+from ..layout import ColumnMap, is_convertible, usual_units
+from .units import pint_unit
 
 FORM = "CHANNEL=COLUMN or CHANNEL=COLUMN [UNIT], such as 'position_m=Stroke [mm]'"
 

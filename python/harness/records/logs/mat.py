@@ -9,11 +9,11 @@ from typing import Any
 
 import numpy as np
 
-from ehsid.harness.records.logs import dspace
-from ehsid.harness.records.logs.arrays import Part, series_of
-from ehsid.harness.records.logs.log import Log
-from ehsid.harness.records.logs.matlab_objects import object_parts
-from ehsid.harness.records.mat_format import MatTable
+from ..mat_format import MatTable
+from . import dspace
+from .arrays import Part, series_of
+from .log import Log
+from .matlab_objects import object_parts
 
 MAX_DEPTH = 8
 MOST_ELEMENTS = 64

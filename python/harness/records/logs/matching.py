@@ -10,17 +10,20 @@ from pathlib import Path
 
 import numpy as np
 
-from ehsid.harness.arrays import FloatArray
-from ehsid.harness.catalogue.channels import CHANNELS, COMMAND, POSITION, SPOOL, TIME
-from ehsid.harness.records.errors import (
+from ...arrays import FloatArray
+from ...catalogue.channels import CHANNELS, COMMAND, POSITION, SPOOL, TIME
+from ..errors import (
     RecordError,
     misnamed_column,
     missing_column,
     nearest_name,
 )
-from ehsid.harness.records.layout import ColumnMap, gauge_remarks, layout_of, usual_units
-from ehsid.harness.records.logs.log import Log, Series
-from ehsid.harness.records.logs.names import (
+from ..layout import ColumnMap, gauge_remarks, layout_of, usual_units
+from ..origin import Taken
+from ..pasting import NAMED_BY_RIG, columns_line, map_option, units_differ
+from ..sentinels import sentinels_of
+from .log import Log, Series
+from .names import (
     doubt_of_unit,
     is_counter,
     means,
@@ -30,7 +33,7 @@ from ehsid.harness.records.logs.names import (
     words,
     words_of,
 )
-from ehsid.harness.records.logs.units import (
+from .units import (
     conversion,
     converts,
     is_other_unit,
@@ -39,9 +42,6 @@ from ehsid.harness.records.logs.units import (
     unit_shown,
     without_unit,
 )
-from ehsid.harness.records.origin import Taken
-from ehsid.harness.records.pasting import NAMED_BY_RIG, columns_line, map_option, units_differ
-from ehsid.harness.records.sentinels import sentinels_of
 
 PRESSURE_UNIT = "Pa"
 

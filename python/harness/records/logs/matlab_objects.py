@@ -7,10 +7,10 @@ import warnings
 from collections.abc import Iterator
 from typing import Any
 
-from ehsid.harness.error_words import install_line
-from ehsid.harness.files import temporary_folder
-from ehsid.harness.records.errors import first_line
-from ehsid.harness.records.logs.arrays import Part
+from ...error_words import install_line
+from ...files import temporary_folder
+from ..errors import first_line
+from .arrays import Part
 
 ADVICE = (
     "save its numbers in MATLAB, such as s.time_s = seconds(T.Time); s.position_m = T.Position; "

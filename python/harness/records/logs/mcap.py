@@ -13,10 +13,10 @@ from typing import Any
 from mcap.exceptions import McapError
 from mcap.reader import make_reader
 
-from ehsid.harness.records.errors import RecordError, damaged
-from ehsid.harness.records.limits import BYTES, COLUMNS
-from ehsid.harness.records.logs.log import Log, Series
-from ehsid.harness.records.logs.messages import topic_series
+from ..errors import RecordError, damaged
+from ..limits import BYTES, COLUMNS
+from .log import Log, Series
+from .messages import topic_series
 
 Decode = Callable[[bytes], Any]
 

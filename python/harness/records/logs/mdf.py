@@ -15,11 +15,11 @@ from typing import Any
 import asammdf
 import numpy as np
 
-from ehsid.harness.arrays import FloatArray
-from ehsid.harness.records.errors import RecordError, damaged
-from ehsid.harness.records.limits import BYTES, COLUMNS, SAMPLES
-from ehsid.harness.records.logs.arrays import as_float
-from ehsid.harness.records.logs.log import Log, Series
+from ...arrays import FloatArray
+from ..errors import RecordError, damaged
+from ..limits import BYTES, COLUMNS, SAMPLES
+from .arrays import as_float
+from .log import Log, Series
 
 # A block of compressed data; its original length stands behind its head of 24 bytes and 8 more.
 COMPRESSED = b"##DZ"

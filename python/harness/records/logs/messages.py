@@ -12,10 +12,10 @@ from typing import Any
 
 import numpy as np
 
-from ehsid.harness.arrays import FloatArray
-from ehsid.harness.records.errors import RecordError, damaged
-from ehsid.harness.records.limits import COLUMNS, SAMPLES
-from ehsid.harness.records.logs.log import Series
+from ...arrays import FloatArray
+from ..errors import RecordError, damaged
+from ..limits import COLUMNS, SAMPLES
+from .log import Series
 
 MAX_DEPTH = 6
 # Longer arrays are images and point clouds.

@@ -8,8 +8,8 @@ import unicodedata
 from collections.abc import Iterator
 from functools import cache
 
-from ehsid.harness.catalogue.channels import CHANNELS, COMMAND, POSITION
-from ehsid.harness.catalogue.spellings import (
+from ...catalogue.channels import CHANNELS, COMMAND, POSITION
+from ...catalogue.spellings import (
     BARE_COMMANDS,
     COUNTERS,
     FILLERS,
@@ -17,7 +17,7 @@ from ehsid.harness.catalogue.spellings import (
     OTHER_SIGNALS,
     PLACES,
 )
-from ehsid.harness.records.logs.units import (
+from .units import (
     is_unit_of_another,
     pint_unit,
     split_ending,

@@ -5,9 +5,9 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from ehsid.harness.records.logs.arrays import Part, series_of
-from ehsid.harness.records.logs.log import Log
-from ehsid.harness.records.npz_format import NpzTable
+from ..npz_format import NpzTable
+from .arrays import Part, series_of
+from .log import Log
 
 
 def read(data: bytes, path: Path) -> Log:

@@ -7,12 +7,12 @@ import importlib
 from collections.abc import Callable
 from pathlib import Path
 
-from ehsid.harness.error_words import install_line
-from ehsid.harness.records.csv_text import decompress
-from ehsid.harness.records.errors import RecordError
-from ehsid.harness.records.formats import KINDS, told_by_head
-from ehsid.harness.records.logs.log import Log
-from ehsid.harness.records.unread import HEAD_BYTES, refusal
+from ...error_words import install_line
+from ..csv_text import decompress
+from ..errors import RecordError
+from ..formats import KINDS, told_by_head
+from ..unread import HEAD_BYTES, refusal
+from .log import Log
 
 # Ending -> module of this package.
 MODULES = {ending: kind.module for kind in KINDS for ending in kind.endings}

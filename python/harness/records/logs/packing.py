@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from ehsid.harness.records.errors import RecordError
+from ..errors import RecordError
 
 Unpack = Callable[[npt.NDArray[Any]], npt.NDArray[Any]]
 

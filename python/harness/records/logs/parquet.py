@@ -9,12 +9,12 @@ from pathlib import Path
 
 import polars as pl
 
-from ehsid.harness.arrays import FloatArray
-from ehsid.harness.records.errors import damaged
-from ehsid.harness.records.limits import BYTES
-from ehsid.harness.records.logs.dates import from_datetimes
-from ehsid.harness.records.logs.log import Log, Series
-from ehsid.harness.records.parquet_format import FLOAT64_BYTES, ParquetTable
+from ...arrays import FloatArray
+from ..errors import damaged
+from ..limits import BYTES
+from ..parquet_format import FLOAT64_BYTES, ParquetTable
+from .dates import from_datetimes
+from .log import Log, Series
 
 
 def read(data: bytes, path: Path) -> Log:

@@ -8,14 +8,24 @@ from pathlib import Path
 
 import numpy as np
 
-from ehsid.harness.arrays import FloatArray
-from ehsid.harness.catalogue.channels import CHANNELS, COMMAND, POSITION, TIME
-from ehsid.harness.records.checks import without_useless
-from ehsid.harness.records.errors import RecordError
-from ehsid.harness.records.logs.clock import Clock, Clocks, time_map
-from ehsid.harness.records.logs.log import Log
-from ehsid.harness.records.logs.matching import Choice, Matching
-from ehsid.harness.records.logs.uniform import (
+from ...arrays import FloatArray
+from ...catalogue.channels import CHANNELS, COMMAND, POSITION, TIME
+from ..checks import without_useless
+from ..errors import RecordError
+from ..origin import Hints, Origin, without_numbers
+from ..record import Record, make_record
+from ..timebase import (
+    BRIDGED_STEPS,
+    GAP_FACTOR,
+    MAX_JITTER,
+    TimeError,
+    analyse_time,
+)
+from ..wish import Wish
+from .clock import Clock, Clocks, time_map
+from .log import Log
+from .matching import Choice, Matching
+from .uniform import (
     EQUAL,
     FILTER_RATIO,
     MISSING_STEPS,
@@ -30,16 +40,6 @@ from ehsid.harness.records.logs.uniform import (
     usual_step,
     with_rows,
 )
-from ehsid.harness.records.origin import Hints, Origin, without_numbers
-from ehsid.harness.records.record import Record, make_record
-from ehsid.harness.records.timebase import (
-    BRIDGED_STEPS,
-    GAP_FACTOR,
-    MAX_JITTER,
-    TimeError,
-    analyse_time,
-)
-from ehsid.harness.records.wish import Wish
 
 MIN_VALUES = 2
 NOT_WHOLE = "'{}' is left out: it does not cover the whole record"

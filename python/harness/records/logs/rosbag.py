@@ -11,10 +11,10 @@ from typing import Any
 from rosbags.highlevel import AnyReader
 from rosbags.typesys import Stores, get_typestore
 
-from ehsid.harness.records.errors import RecordError, damaged
-from ehsid.harness.records.limits import COLUMNS
-from ehsid.harness.records.logs.log import Log, Series
-from ehsid.harness.records.logs.messages import topic_series
+from ..errors import RecordError, damaged
+from ..limits import COLUMNS
+from .log import Log, Series
+from .messages import topic_series
 
 
 def read(data: bytes, path: Path) -> Log:

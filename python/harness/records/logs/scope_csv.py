@@ -13,12 +13,12 @@ from pathlib import Path
 
 import numpy as np
 
-from ehsid.harness.arrays import FloatArray
-from ehsid.harness.records.csv_text import check_size
-from ehsid.harness.records.errors import RecordError
-from ehsid.harness.records.logs import text as plain
-from ehsid.harness.records.logs.dialect import Dialect, cells_of
-from ehsid.harness.records.logs.log import Log, Read, Series
+from ...arrays import FloatArray
+from ..csv_text import check_size
+from ..errors import RecordError
+from . import text as plain
+from .dialect import Dialect, cells_of
+from .log import Log, Read, Series
 
 # The keys with names and units, and those that tell a row of keys from a row of values.
 NAME, UNIT = "Name", "Unit"

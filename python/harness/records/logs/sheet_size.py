@@ -13,7 +13,7 @@ import zipfile
 from collections import Counter
 from pathlib import Path
 
-from ehsid.harness.records.limits import BYTES, COLUMNS, SAMPLES
+from ..limits import BYTES, COLUMNS, SAMPLES
 
 CELL_BYTES = 32
 # The reader takes no more from an OpenDocument file.

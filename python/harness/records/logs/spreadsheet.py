@@ -16,12 +16,12 @@ import fastexcel
 import numpy as np
 import polars as pl
 
-from ehsid.harness.arrays import FloatArray
-from ehsid.harness.records.errors import RecordError, damaged
-from ehsid.harness.records.limits import BYTES, COLUMNS, SAMPLES
-from ehsid.harness.records.logs.log import Log, Series
-from ehsid.harness.records.logs.sheet_size import check_sheets
-from ehsid.harness.records.logs.text import table_log
+from ...arrays import FloatArray
+from ..errors import RecordError, damaged
+from ..limits import BYTES, COLUMNS, SAMPLES
+from .log import Log, Series
+from .sheet_size import check_sheets
+from .text import table_log
 
 MOST_SHEETS = 50
 NINE_DECIMALS = 1e-9

@@ -13,11 +13,11 @@ from typing import Any
 import nptdms
 import numpy as np
 
-from ehsid.harness.arrays import FloatArray
-from ehsid.harness.records.errors import RecordError, damaged
-from ehsid.harness.records.limits import BYTES, COLUMNS, SAMPLES
-from ehsid.harness.records.logs.arrays import as_float
-from ehsid.harness.records.logs.log import Log, Read, Series
+from ...arrays import FloatArray
+from ..errors import RecordError, damaged
+from ..limits import BYTES, COLUMNS, SAMPLES
+from .arrays import as_float
+from .log import Log, Read, Series
 
 VALUE_BYTES = 8
 UNSET = np.datetime64("1904-01-02")

@@ -13,9 +13,9 @@ from pathlib import Path
 import numpy as np
 import polars as pl
 
-from ehsid.harness.arrays import FloatArray
-from ehsid.harness.catalogue.channels import TIME
-from ehsid.harness.records.csv_text import (
+from ...arrays import FloatArray
+from ...catalogue.channels import TIME
+from ..csv_text import (
     GZIP_MAGIC,
     UTF8_BOM,
     UTF16_BOMS,
@@ -23,14 +23,14 @@ from ehsid.harness.records.csv_text import (
     plain_number_mend,
     unreadable_line,
 )
-from ehsid.harness.records.errors import RecordError
-from ehsid.harness.records.limits import BYTES, COLUMNS
-from ehsid.harness.records.logs.dates import TRIED_ROWS, Stamps, moments
-from ehsid.harness.records.logs.dialect import EMPTY, SAMPLE_LINES, Dialect, cells_of, sniff
-from ehsid.harness.records.logs.last_rows import has_results, samples_of
-from ehsid.harness.records.logs.log import Log, Series
-from ehsid.harness.records.logs.marks import Marks, marks_of
-from ehsid.harness.records.logs.names import is_counter, means
+from ..errors import RecordError
+from ..limits import BYTES, COLUMNS
+from .dates import TRIED_ROWS, Stamps, moments
+from .dialect import EMPTY, SAMPLE_LINES, Dialect, cells_of, sniff
+from .last_rows import has_results, samples_of
+from .log import Log, Series
+from .marks import Marks, marks_of
+from .names import is_counter, means
 
 CELL_BYTES = 8
 MARKS = {".": "point", ",": "comma"}

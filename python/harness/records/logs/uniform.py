@@ -21,10 +21,10 @@ from pathlib import Path
 
 import numpy as np
 
-from ehsid.harness.arrays import FloatArray
-from ehsid.harness.records.errors import RecordError
-from ehsid.harness.records.limits import SAMPLES
-from ehsid.harness.records.timebase import BRIDGED_STEPS, MAX_JITTER, written_resolution
+from ...arrays import FloatArray
+from ..errors import RecordError
+from ..limits import SAMPLES
+from ..timebase import BRIDGED_STEPS, MAX_JITTER, written_resolution
 
 # A step beyond this many usual ones lacks at least one sample.
 MISSING_STEPS = 1.5

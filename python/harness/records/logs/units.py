@@ -15,8 +15,8 @@ from types import MappingProxyType
 
 import numpy as np
 
-from ehsid.harness.catalogue.channels import CHANNELS, COMMAND, SUPPLY_PRESSURE
-from ehsid.harness.records.layout import GAUGES, ColumnMap, in_schema_unit, is_convertible
+from ...catalogue.channels import CHANNELS, COMMAND, SUPPLY_PRESSURE
+from ..layout import GAUGES, ColumnMap, in_schema_unit, is_convertible
 
 _LENGTHS = {
     "m": "m meter metre meters metres", "dm": "dm", "cm": "cm centimeter centimetre centimeters",

@@ -6,10 +6,10 @@
 {'valve_dead_band': {'overlap': 0.04}}
 """
 
-from ehsid.harness.simulation.injection.answer import Answer
-from ehsid.harness.simulation.injection.effects import InjectError, injectable
-from ehsid.harness.simulation.injection.inject import Injected, inject
-from ehsid.harness.simulation.injection.writing import answer_path, write_injected
+from .answer import Answer
+from .effects import InjectError, injectable
+from .inject import Injected, inject
+from .writing import answer_path, write_injected
 
 __all__ = [
     "Answer",

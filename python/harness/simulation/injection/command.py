@@ -5,8 +5,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from ehsid.harness.arrays import FloatArray
-from ehsid.harness.simulation.injection.notes import Note, Step
+from ...arrays import FloatArray
+from .notes import Note, Step
 
 
 def before_dead_band(command: FloatArray, extending: float, retracting: float) -> Step:

@@ -7,9 +7,9 @@ import math
 
 import numpy as np
 
-from ehsid.harness.arrays import FloatArray
-from ehsid.harness.simulation.injection.effects import InjectError
-from ehsid.harness.simulation.injection.notes import Note, Step, rms
+from ...arrays import FloatArray
+from .effects import InjectError
+from .notes import Note, Step, rms
 
 # A delay within a thousandth of a sample of a whole number counts as whole: clocks are no better.
 WHOLE = 1e-3

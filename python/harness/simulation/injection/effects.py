@@ -6,10 +6,10 @@ from __future__ import annotations
 from collections.abc import Mapping
 from types import MappingProxyType
 
-from ehsid.harness.catalogue.parameters import acts_on
-from ehsid.harness.catalogue.parameters import effects as catalogue
-from ehsid.harness.records.errors import nearest_name
-from ehsid.harness.rigs import Rig
+from ...catalogue.parameters import acts_on
+from ...catalogue.parameters import effects as catalogue
+from ...records.errors import nearest_name
+from ...rigs import Rig
 
 Range = tuple[float, float]
 Sizes = Mapping[str, float]

@@ -16,16 +16,16 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ehsid.harness.arrays import FloatArray
-from ehsid.harness.catalogue.channels import CHANNELS
-from ehsid.harness.catalogue.channels import POSITION as POSITION_COLUMN
-from ehsid.harness.records import Record, make_record
-from ehsid.harness.rigs import Rig
-from ehsid.harness.simulation.injection import command as on_command
-from ehsid.harness.simulation.injection import position as on_position
-from ehsid.harness.simulation.injection.answer import Answer, file_of
-from ehsid.harness.simulation.injection.delay import before_delay, behind_delay
-from ehsid.harness.simulation.injection.effects import (
+from ...arrays import FloatArray
+from ...catalogue.channels import CHANNELS
+from ...catalogue.channels import POSITION as POSITION_COLUMN
+from ...records import Record, make_record
+from ...rigs import Rig
+from . import command as on_command
+from . import position as on_position
+from .answer import Answer, file_of
+from .delay import before_delay, behind_delay
+from .effects import (
     COMMAND,
     GAIN_OF,
     OWN,
@@ -35,8 +35,8 @@ from ehsid.harness.simulation.injection.effects import (
     check,
     does_not_pass,
 )
-from ehsid.harness.simulation.injection.lag import before_lag
-from ehsid.harness.simulation.injection.notes import Note, Step
+from .lag import before_lag
+from .notes import Note, Step
 
 # Effects behind the spool. A measured spool position must be changed by their pre-images, too.
 BEHIND_SPOOL = ("gain", "valve_dead_band", "valve_dead_band_sides", "valve_null_bias")

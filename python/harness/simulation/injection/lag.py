@@ -18,9 +18,9 @@ import numpy.typing as npt
 from scipy.fft import irfft, next_fast_len, rfft
 from scipy.linalg import expm
 
-from ehsid.harness.arrays import FloatArray
-from ehsid.harness.simulation.injection.effects import InjectError
-from ehsid.harness.simulation.injection.notes import Note, Step, rms
+from ...arrays import FloatArray
+from .effects import InjectError
+from .notes import Note, Step, rms
 
 ComplexArray = npt.NDArray[np.complex128]
 

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ehsid.harness.arrays import FloatArray
+from ...arrays import FloatArray
 
 
 class Note(NamedTuple):

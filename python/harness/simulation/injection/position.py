@@ -8,10 +8,11 @@ from collections.abc import Mapping
 import numpy as np
 
 from ehsid import EffectTerms
-from ehsid.harness.arrays import FloatArray
-from ehsid.harness.catalogue.keys import effect_values
-from ehsid.harness.catalogue.parameters import plant_parameters
-from ehsid.harness.simulation.injection.notes import Note, Step
+
+from ...arrays import FloatArray
+from ...catalogue.keys import effect_values
+from ...catalogue.parameters import plant_parameters
+from .notes import Note, Step
 
 
 def behind_bias(position: FloatArray, offset_m: float) -> Step:

@@ -8,9 +8,9 @@ import json
 import os
 from pathlib import Path
 
-from ehsid.harness.files import write_text
-from ehsid.harness.records.writing import record_bytes
-from ehsid.harness.simulation.injection.inject import Injected
+from ...files import write_text
+from ...records.writing import record_bytes
+from .inject import Injected
 
 
 def answer_path(path: str | os.PathLike[str]) -> Path:

@@ -8,10 +8,10 @@ from collections.abc import Sequence
 import numpy as np
 from matplotlib.figure import Figure
 
-from ehsid.harness.report.plotting import INK, draw_band, draw_numbers, stacked, styled
-from ehsid.harness.studies.claims import Input, Judged, ResetJudged
-from ehsid.harness.studies.evidence import Finding
-from ehsid.harness.studies.pages.claims_map import FINDINGS, draw_resets
+from ...report.plotting import INK, draw_band, draw_numbers, stacked, styled
+from ..claims import Input, Judged, ResetJudged
+from ..evidence import Finding
+from .claims_map import FINDINGS, draw_resets
 
 
 @styled

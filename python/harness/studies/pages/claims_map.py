@@ -12,12 +12,12 @@ from matplotlib.colors import ListedColormap
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
-from ehsid.harness.report.page import Picture
-from ehsid.harness.report.plotting import INK, PALE, SKY, VERMILION, styled
-from ehsid.harness.report.shares import percent
-from ehsid.harness.studies.claims import Judged, ResetJudged
-from ehsid.harness.studies.evidence import Comparison, Finding
-from ehsid.harness.studies.verdicts import CLAIMS, ClaimVerdict
+from ...report.page import Picture
+from ...report.plotting import INK, PALE, SKY, VERMILION, styled
+from ...report.shares import percent
+from ..claims import Judged, ResetJudged
+from ..evidence import Comparison, Finding
+from ..verdicts import CLAIMS, ClaimVerdict
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -5,12 +5,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from ehsid.harness.report.page import Picture, Section, Table
-from ehsid.harness.report.shares import percent
-from ehsid.harness.studies.experiment import RUNS_A_CELL, ClaimResults
-from ehsid.harness.studies.pages.claims_figures import reset_figure, start_figure
-from ehsid.harness.studies.published import RECURSIVE
-from ehsid.harness.studies.verdicts import ClaimVerdict
+from ...report.page import Picture, Section, Table
+from ...report.shares import percent
+from ..experiment import RUNS_A_CELL, ClaimResults
+from ..published import RECURSIVE
+from ..verdicts import ClaimVerdict
+from .claims_figures import reset_figure, start_figure
 
 
 def verdict_lead(verdicts: Sequence[ClaimVerdict]) -> list[str]:

@@ -8,7 +8,7 @@ from collections.abc import Mapping
 import numpy as np
 from matplotlib.figure import Figure
 
-from ehsid.harness.report.plotting import (
+from ...report.plotting import (
     FIRST_DRAWN,
     GREY,
     MOST_DRAWN,
@@ -17,7 +17,7 @@ from ehsid.harness.report.plotting import (
     stacked,
     styled,
 )
-from ehsid.harness.studies import Outcome
+from .. import Outcome
 
 
 def _widths(n: int) -> list[float]:

@@ -8,11 +8,11 @@ import io
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from ehsid.harness.encoding import to_plain
-from ehsid.harness.studies.claims import Judged, ResetJudged
-from ehsid.harness.studies.procedure import Procedure
-from ehsid.harness.studies.recursive import Changed, Recursive
-from ehsid.harness.studies.summary import summarise, summarise_change
+from ...encoding import to_plain
+from ..claims import Judged, ResetJudged
+from ..procedure import Procedure
+from ..recursive import Changed, Recursive
+from ..summary import summarise, summarise_change
 
 
 def csv_text(rows: Sequence[Mapping[str, Any]]) -> str:

@@ -8,12 +8,12 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Circle, Ellipse
 
-from ehsid.harness.catalogue.channels import shown_channel
-from ehsid.harness.identification import IdentificationResult, PolesZeros, Roots
-from ehsid.harness.report.model_figures import draw_correlation
-from ehsid.harness.report.plotting import BLUE, GREY, SKY, VERMILION, stacked, styled, time_axis
-from ehsid.harness.studies.attempts import Attempt
-from ehsid.harness.text import printable
+from ...catalogue.channels import shown_channel
+from ...identification import IdentificationResult, PolesZeros, Roots
+from ...report.model_figures import draw_correlation
+from ...report.plotting import BLUE, GREY, SKY, VERMILION, stacked, styled, time_axis
+from ...text import printable
+from ..attempts import Attempt
 
 # Size of the regions of 95 %: the squared radius, in standard deviations, of the ellipse for two
 # normal values, and the half width, in standard deviations, of the interval for one value.

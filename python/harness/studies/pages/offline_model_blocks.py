@@ -5,22 +5,22 @@ from __future__ import annotations
 
 import numpy as np
 
-from ehsid.harness.identification import (
+from ...identification import (
     Agreement,
     FrequencyResponse,
     IdentificationResult,
     PolesZeros,
     Roots,
 )
-from ehsid.harness.report.bode import bode_figure
-from ehsid.harness.report.loop_blocks import place
-from ehsid.harness.report.page import Block, Picture, Table
-from ehsid.harness.studies.pages.offline_figures import (
+from ...report.bode import bode_figure
+from ...report.loop_blocks import place
+from ...report.page import Block, Picture, Table
+from ..procedure import Procedure
+from .offline_figures import (
     outputs_figure,
     poles_zeros_figure,
     residual_figure,
 )
-from ehsid.harness.studies.procedure import Procedure
 
 
 def outputs_picture(procedure: Procedure) -> Picture:

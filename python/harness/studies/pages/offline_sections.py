@@ -5,18 +5,18 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from ehsid.harness.identification import FrequencyResponse, Preprocessed
-from ehsid.harness.report.loop_blocks import loop_blocks
-from ehsid.harness.report.page import Block, Section, Table
-from ehsid.harness.studies.attempts import Attempt
-from ehsid.harness.studies.pages.offline_model_blocks import (
+from ...identification import FrequencyResponse, Preprocessed
+from ...report.loop_blocks import loop_blocks
+from ...report.page import Block, Section, Table
+from ..attempts import Attempt
+from ..procedure import Procedure
+from ..published import PublishedOrder
+from .offline_model_blocks import (
     outputs_picture,
     poles_zeros_blocks,
     residual_picture,
     response_blocks,
 )
-from ehsid.harness.studies.procedure import Procedure
-from ehsid.harness.studies.published import PublishedOrder
 
 
 def offline_sections(

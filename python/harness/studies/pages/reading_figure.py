@@ -6,8 +6,8 @@ from __future__ import annotations
 import numpy as np
 from matplotlib.figure import Figure
 
-from ehsid.harness.report.plotting import draw_band, stacked, styled
-from ehsid.harness.studies.reading import SIGMAS, Reading
+from ...report.plotting import draw_band, stacked, styled
+from ..reading import SIGMAS, Reading
 
 NAMES = ("K in m/(s V)", "omega_n in rad/s", "xi")
 

@@ -7,22 +7,22 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from ehsid.harness.report.loop_blocks import loop_blocks
-from ehsid.harness.report.page import Block, Picture, Section, Table
-from ehsid.harness.report.shares import percent
-from ehsid.harness.studies.evidence import Interval
-from ehsid.harness.studies.experiment import (
+from ...report.loop_blocks import loop_blocks
+from ...report.page import Block, Picture, Section, Table
+from ...report.shares import percent
+from ..evidence import Interval
+from ..experiment import (
     KnownPlantResults,
     RecordResults,
     RigResults,
     ServoReading,
 )
-from ehsid.harness.studies.pages.comparison_figures import change_figure, error_figure
-from ehsid.harness.studies.pages.reading_figure import reading_figure
-from ehsid.harness.studies.published import DT_S, MODEL_16, RECURSIVE
-from ehsid.harness.studies.recursive import B_AFTER, QUIET_NOISE, Changed, Recursive
-from ehsid.harness.studies.sampled_servo import SampledServo
-from ehsid.harness.studies.summary import RunSummary, summarise, summarise_change
+from ..published import DT_S, MODEL_16, RECURSIVE
+from ..recursive import B_AFTER, QUIET_NOISE, Changed, Recursive
+from ..sampled_servo import SampledServo
+from ..summary import RunSummary, summarise, summarise_change
+from .comparison_figures import change_figure, error_figure
+from .reading_figure import reading_figure
 
 THETA_NAMES = ("a1", "a2", "a3", "b1", "b2", "b3")
 

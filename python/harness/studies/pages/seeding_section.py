@@ -8,12 +8,12 @@ from collections.abc import Mapping
 import numpy as np
 from matplotlib.figure import Figure
 
-from ehsid.harness.report.page import Picture, Section, Table
-from ehsid.harness.report.plotting import draw_band, styled
-from ehsid.harness.studies.convergence import Starts
-from ehsid.harness.studies.evidence import median_interval
-from ehsid.harness.studies.pages.recursive_sections import interval_text
-from ehsid.harness.studies.published import DT_S
+from ...report.page import Picture, Section, Table
+from ...report.plotting import draw_band, styled
+from ..convergence import Starts
+from ..evidence import median_interval
+from ..published import DT_S
+from .recursive_sections import interval_text
 
 
 @styled

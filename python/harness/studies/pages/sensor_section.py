@@ -8,10 +8,10 @@ from typing import Any
 
 import numpy as np
 
-from ehsid.harness.report.page import Section, Table
-from ehsid.harness.report.shares import percent
-from ehsid.harness.studies.noises import FORGETTING, N_SAMPLES, PUBLISHED_FIT, THETA, Runs, read
-from ehsid.harness.studies.published import DT_S
+from ...report.page import Section, Table
+from ...report.shares import percent
+from ..noises import FORGETTING, N_SAMPLES, PUBLISHED_FIT, THETA, Runs, read
+from ..published import DT_S
 
 
 def _reading(found: Runs) -> tuple[str, ...]:

@@ -10,7 +10,7 @@ from typing import Literal
 
 import msgspec
 
-from ehsid.harness.encoding import from_json
+from ...encoding import from_json
 
 Kind = Literal["one", "two", "none", "params", "open"]
 

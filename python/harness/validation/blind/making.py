@@ -11,11 +11,11 @@ from typing import Any, cast
 
 import numpy as np
 
-from ehsid.harness.exchange import FOLDER
-from ehsid.harness.files import result_folder, write_text
-from ehsid.harness.parallel import Progress, run_tasks
-from ehsid.harness.validation.blind.seal import ANSWERS, CASES, SEAL, TRANSFER, Seal, write_seal
-from ehsid.harness.validation.blind.settings import SEEDS, Settings
+from ...exchange import FOLDER
+from ...files import result_folder, write_text
+from ...parallel import Progress, run_tasks
+from .seal import ANSWERS, CASES, SEAL, TRANSFER, Seal, write_seal
+from .settings import SEEDS, Settings
 
 # Name of the result in its folder.
 RESULT = "gap-check-cases"
@@ -48,11 +48,11 @@ def make_check(out: Path, settings: Settings, progress: Progress | None = None) 
 def making_tasks(folder: Path, settings: Settings) -> Sequence[Making]:
     """Returns a task for each case; a task writes the case and returns its name and answer."""
     # The package `reality` needs an optional dependency, so it is imported only here.
-    from ehsid.harness.validation.reality.batch import write_drawn_case
-    from ehsid.harness.validation.reality.case import Sensors
-    from ehsid.harness.validation.reality.effects import CATALOGUE
-    from ehsid.harness.validation.reality.excitation import ExcitationSet
-    from ehsid.harness.validation.reality.structure import Grade
+    from ..reality.batch import write_drawn_case
+    from ..reality.case import Sensors
+    from ..reality.effects import CATALOGUE
+    from ..reality.excitation import ExcitationSet
+    from ..reality.structure import Grade
 
     ids = [
         str(effect) for effect in np.random.default_rng(settings.seed).permutation(list(CATALOGUE))

@@ -8,15 +8,13 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from ehsid.harness.files import is_incomplete
-from ehsid.harness.gap.diagnosis_file import diagnosis_text
-from ehsid.harness.gap.options import DEFAULTS, DiagnosisOptions
-from ehsid.harness.gap.schema import Diagnosis
-from ehsid.harness.records import Record, read_record
-from ehsid.harness.rigs import read_rig, write_rig
-from ehsid.harness.validation.blind.answers import read_answers
-from ehsid.harness.validation.blind.seal import ANSWERS, CASES, RESULTS, Seal
-from ehsid.harness.validation.jobs import (
+from ...files import is_incomplete
+from ...gap.diagnosis_file import diagnosis_text
+from ...gap.options import DEFAULTS, DiagnosisOptions
+from ...gap.schema import Diagnosis
+from ...records import Record, read_record
+from ...rigs import read_rig, write_rig
+from ..jobs import (
     DIAGNOSIS,
     ERROR,
     RESULT,
@@ -27,6 +25,8 @@ from ehsid.harness.validation.jobs import (
     run_and_keep,
     run_job,
 )
+from .answers import read_answers
+from .seal import ANSWERS, CASES, RESULTS, Seal
 
 
 def unfinished_cases(out: Path) -> list[str]:

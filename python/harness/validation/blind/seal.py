@@ -10,10 +10,11 @@ from pathlib import Path
 import msgspec
 
 import ehsid
-from ehsid.harness.encoding import from_json, json_text
-from ehsid.harness.files import write_text
-from ehsid.harness.manifest import sha256_of
-from ehsid.harness.validation.blind.settings import Settings
+
+from ...encoding import from_json, json_text
+from ...files import write_text
+from ...manifest import sha256_of
+from .settings import Settings
 
 SEAL = "seal.json"
 ANSWERS = "answers.json"

@@ -10,35 +10,36 @@ from dataclasses import dataclass
 import numpy as np
 
 import ehsid
-from ehsid.harness.arrays import FloatArray
-from ehsid.harness.gap.inference.constants import IN_USE
-from ehsid.harness.parallel import Progress
-from ehsid.harness.validation.calibration.choices import (
+
+from ...arrays import FloatArray
+from ...gap.inference.constants import IN_USE
+from ...parallel import Progress
+from ..scoring.figures import Figure, mean, share
+from ..scoring.judging import KNOWN
+from .choices import (
     Choices,
     IntArray,
     choices_of,
     log_loss,
     probabilities,
 )
-from ehsid.harness.validation.calibration.conformal import (
+from .conformal import (
     ClassOfSensors,
     classes_of_sensors,
     split_sets,
 )
-from ehsid.harness.validation.calibration.fitting import NAMES, Fit, fit, folds
-from ehsid.harness.validation.calibration.intervals import Intervals, intervals
-from ehsid.harness.validation.calibration.left_out import LeftOut, left_out_families
-from ehsid.harness.validation.calibration.machines import Machine
-from ehsid.harness.validation.calibration.ranking import Ranked, ranked
-from ehsid.harness.validation.calibration.reading import Found
-from ehsid.harness.validation.calibration.reliability import (
+from .fitting import NAMES, Fit, fit, folds
+from .intervals import Intervals, intervals
+from .left_out import LeftOut, left_out_families
+from .machines import Machine
+from .ranking import Ranked, ranked
+from .reading import Found
+from .reliability import (
     Reliability,
     first_answers,
     named_effects,
     reliability,
 )
-from ehsid.harness.validation.scoring.figures import Figure, mean, share
-from ehsid.harness.validation.scoring.judging import KNOWN
 
 # Each fold holds a fifth of the machines: the usual compromise between fits on nearly all machines
 # and thresholds from enough of them.

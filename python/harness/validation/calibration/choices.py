@@ -9,11 +9,11 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from ehsid.harness.arrays import FloatArray
-from ehsid.harness.gap.inference.constants import Constants
-from ehsid.harness.gap.inference.families import law_count
-from ehsid.harness.gap.inference.posterior import outside_score, probabilities_of, score
-from ehsid.harness.validation.calibration.machines import Machine
+from ...arrays import FloatArray
+from ...gap.inference.constants import Constants
+from ...gap.inference.families import law_count
+from ...gap.inference.posterior import outside_score, probabilities_of, score
+from .machines import Machine
 
 BoolArray = npt.NDArray[np.bool_]
 IntArray = npt.NDArray[np.int64]

@@ -19,13 +19,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ehsid.harness.validation.calibration.choices import Choices, IntArray, probabilities
-from ehsid.harness.validation.calibration.fitting import fit
-from ehsid.harness.validation.calibration.machines import Machine
-from ehsid.harness.validation.calibration.ranking import Ranked, ranked
-from ehsid.harness.validation.scoring.figures import Figure, Range, mean, share
-from ehsid.harness.validation.scoring.reading import SENSORS
-from ehsid.harness.validation.scoring.tables import TARGETS
+from ..scoring.figures import Figure, Range, mean, share
+from ..scoring.reading import SENSORS
+from ..scoring.tables import TARGETS
+from .choices import Choices, IntArray, probabilities
+from .fitting import fit
+from .machines import Machine
+from .ranking import Ranked, ranked
 
 # Promised frequencies: those that a check wants of the sets that are returned.
 LEVELS: dict[str, float] = {name: TARGETS["in_set"][name].least for name in SENSORS}

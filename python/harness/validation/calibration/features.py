@@ -11,9 +11,9 @@ from pathlib import Path
 
 import msgspec
 
-from ehsid.harness.encoding import from_json
-from ehsid.harness.files import write_text
-from ehsid.harness.validation.calibration.machines import Machine
+from ...encoding import from_json
+from ...files import write_text
+from .machines import Machine
 
 FEATURES = "features.jsonl"
 

@@ -22,9 +22,9 @@ import numpy as np
 from scipy.optimize import minimize
 from scipy.special import expit, logit
 
-from ehsid.harness.arrays import FloatArray
-from ehsid.harness.gap.inference.constants import IN_USE, Constants
-from ehsid.harness.validation.calibration.choices import (
+from ...arrays import FloatArray
+from ...gap.inference.constants import IN_USE, Constants
+from .choices import (
     Choices,
     IntArray,
     best_sets,

@@ -18,13 +18,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ehsid.harness.arrays import FloatArray
-from ehsid.harness.gap.schema import Estimate
-from ehsid.harness.validation.calibration.conformal import threshold_of
-from ehsid.harness.validation.calibration.machines import MEASURES, Machine
-from ehsid.harness.validation.scoring.figures import Figure, share
-from ehsid.harness.validation.scoring.reading import SENSORS
-from ehsid.harness.validation.scoring.tables import TARGETS
+from ...arrays import FloatArray
+from ...gap.schema import Estimate
+from ..scoring.figures import Figure, share
+from ..scoring.reading import SENSORS
+from ..scoring.tables import TARGETS
+from .conformal import threshold_of
+from .machines import MEASURES, Machine
 
 WORDS = {
     "of_explainable": "shrinkage of the explainable gap",

@@ -12,19 +12,19 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ehsid.harness.gap.inference.constants import Constants
-from ehsid.harness.parallel import Progress
-from ehsid.harness.validation.calibration.choices import BoolArray, Choices, probabilities
-from ehsid.harness.validation.calibration.conformal import LEVELS, holds, size, thresholds
-from ehsid.harness.validation.calibration.fitting import fit
-from ehsid.harness.validation.calibration.machines import Machine
-from ehsid.harness.validation.calibration.ranking import ranked
-from ehsid.harness.validation.calibration.reliability import (
+from ...gap.inference.constants import Constants
+from ...parallel import Progress
+from ..scoring.figures import Figure, Range, mean, share
+from .choices import BoolArray, Choices, probabilities
+from .conformal import LEVELS, holds, size, thresholds
+from .fitting import fit
+from .machines import Machine
+from .ranking import ranked
+from .reliability import (
     Reliability,
     first_answers,
     reliability,
 )
-from ehsid.harness.validation.scoring.figures import Figure, Range, mean, share
 
 # Fewer machines say nothing of a coverage: the interval of 19 out of 20 is 13 % wide. As many must
 # remain, or nothing can be fitted.

@@ -8,11 +8,11 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Literal, get_args
 
-from ehsid.harness.catalogue.parameters import effects as catalogue
-from ehsid.harness.gap.schema import Estimate
-from ehsid.harness.validation.blind.answers import Kind
-from ehsid.harness.validation.scoring.judging import HEALTHY, KNOWN, is_exactly
-from ehsid.harness.validation.scoring.reading import SENSORS
+from ...catalogue.parameters import effects as catalogue
+from ...gap.schema import Estimate
+from ..blind.answers import Kind
+from ..scoring.judging import HEALTHY, KNOWN, is_exactly
+from ..scoring.reading import SENSORS
 
 # Measures of the shrinkage of the gap: of the explainable gap, and from the rig as configured.
 Measure = Literal["of_explainable", "from_nominal"]

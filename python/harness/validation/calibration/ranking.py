@@ -11,11 +11,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ehsid.harness.arrays import FloatArray
-from ehsid.harness.gap.inference.families import effect_families
-from ehsid.harness.validation.calibration.choices import BoolArray
-from ehsid.harness.validation.calibration.machines import Machine
-from ehsid.harness.validation.scoring.judging import KNOWN, is_true
+from ...arrays import FloatArray
+from ...gap.inference.families import effect_families
+from ..scoring.judging import KNOWN, is_true
+from .choices import BoolArray
+from .machines import Machine
 
 
 @dataclass(frozen=True, eq=False)

@@ -10,23 +10,23 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from ehsid.harness.gap.inference.quantised import QUANTISATION
-from ehsid.harness.gap.schema import Estimate
-from ehsid.harness.manifest import sha256_of
-from ehsid.harness.parallel import Progress, run_tasks
-from ehsid.harness.validation.blind.answers import Answer, read_answers
-from ehsid.harness.validation.blind.seal import ANSWERS, RESULTS, SEAL, read_seal
-from ehsid.harness.validation.calibration.machines import (
+from ...gap.inference.quantised import QUANTISATION
+from ...gap.schema import Estimate
+from ...manifest import sha256_of
+from ...parallel import Progress, run_tasks
+from ..blind.answers import Answer, read_answers
+from ..blind.seal import ANSWERS, RESULTS, SEAL, read_seal
+from ..scoring.calibration import effect_errors
+from ..scoring.judging import ScoredCase, judge
+from ..scoring.reading import FAILED, read_findings
+from ..scoring.transfer import promises, transfer_of
+from .machines import (
     MEASURES,
     Machine,
     Promised,
     Size,
     WeighedSet,
 )
-from ehsid.harness.validation.scoring.calibration import effect_errors
-from ehsid.harness.validation.scoring.judging import ScoredCase, judge
-from ehsid.harness.validation.scoring.reading import FAILED, read_findings
-from ehsid.harness.validation.scoring.transfer import promises, transfer_of
 
 # Digits of a number in the file of features: more are below the accuracy of the fits.
 DIGITS = 5

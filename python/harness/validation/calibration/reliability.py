@@ -19,11 +19,11 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from ehsid.harness.arrays import FloatArray
-from ehsid.harness.validation.calibration.choices import BoolArray, IntArray
-from ehsid.harness.validation.calibration.ranking import Ranked
-from ehsid.harness.validation.scoring.calibration import Bin
-from ehsid.harness.validation.scoring.figures import LEVEL, Figure, Range, share
+from ...arrays import FloatArray
+from ..scoring.calibration import Bin
+from ..scoring.figures import LEVEL, Figure, Range, share
+from .choices import BoolArray, IntArray
+from .ranking import Ranked
 
 # Largest error that is wanted.
 TARGET = Range(most=0.03)

@@ -10,9 +10,10 @@ from pathlib import Path
 from typing import Literal
 
 import ehsid
-from ehsid.harness.gap.diagnosis_file import DiagnosisFile, known, read_diagnosis_file
-from ehsid.harness.gap.schema import Estimate
-from ehsid.harness.validation.jobs import DIAGNOSIS, ERROR
+
+from ...gap.diagnosis_file import DiagnosisFile, known, read_diagnosis_file
+from ...gap.schema import Estimate
+from ..jobs import DIAGNOSIS, ERROR
 
 
 @dataclass(frozen=True)

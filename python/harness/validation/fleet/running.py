@@ -13,13 +13,14 @@ from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 
 import ehsid
-from ehsid.harness.error_words import error_words
-from ehsid.harness.files import is_incomplete, temporary_folder
-from ehsid.harness.gap.options import DiagnosisOptions
-from ehsid.harness.manifest import sha256_of
-from ehsid.harness.records import NO_HINTS, Hints
-from ehsid.harness.records.formats import FOLDER_ENDINGS, records_in
-from ehsid.harness.validation.jobs import (
+
+from ...error_words import error_words
+from ...files import is_incomplete, temporary_folder
+from ...gap.options import DiagnosisOptions
+from ...manifest import sha256_of
+from ...records import NO_HINTS, Hints
+from ...records.formats import FOLDER_ENDINGS, records_in
+from ..jobs import (
     DIAGNOSIS,
     ERROR,
     RESULT,

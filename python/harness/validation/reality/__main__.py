@@ -9,11 +9,11 @@ from typing import Annotated, cast
 import typer
 from rich.progress import Progress
 
-from ehsid.harness.validation.reality.batch import write_cases
-from ehsid.harness.validation.reality.case import COLUMNS, KINDS, Kind, Sensors
-from ehsid.harness.validation.reality.excitation import EXCITATION_SETS, ExcitationSet
-from ehsid.harness.validation.reality.nominal_rig import PLANTS, PlantKind
-from ehsid.harness.validation.reality.structure import GRADES, Grade
+from .batch import write_cases
+from .case import COLUMNS, KINDS, Kind, Sensors
+from .excitation import EXCITATION_SETS, ExcitationSet
+from .nominal_rig import PLANTS, PlantKind
+from .structure import GRADES, Grade
 
 
 def _check_known(name: str, value: str | None, known: tuple[str, ...]) -> None:

@@ -13,13 +13,13 @@ from typing import Any
 
 import numpy as np
 
-from ehsid.harness.files import result_files, result_folder, write_text
-from ehsid.harness.parallel import run_tasks
-from ehsid.harness.validation.reality.case import KINDS, Kind, Sensors, make_case
-from ehsid.harness.validation.reality.excitation import ExcitationSet
-from ehsid.harness.validation.reality.nominal_rig import PlantKind
-from ehsid.harness.validation.reality.structure import Grade
-from ehsid.harness.validation.reality.writing import FILES, record_text, write_case
+from ...files import result_files, result_folder, write_text
+from ...parallel import run_tasks
+from .case import KINDS, Kind, Sensors, make_case
+from .excitation import ExcitationSet
+from .nominal_rig import PlantKind
+from .structure import Grade
+from .writing import FILES, record_text, write_case
 
 SHARES = {"one": 0.5, "two": 0.15, "none": 0.1, "params": 0.1, "open": 0.15}
 

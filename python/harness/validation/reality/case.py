@@ -11,10 +11,10 @@ from typing import Any, Literal, NamedTuple
 
 import numpy as np
 
-from ehsid.harness.arrays import FloatArray
-from ehsid.harness.validation.reality import machine as equations
-from ehsid.harness.validation.reality.effects import CATALOGUE, EXCLUSIVE_PAIRS, Effect, Sizes
-from ehsid.harness.validation.reality.excitation import (
+from ...arrays import FloatArray
+from . import machine as equations
+from .effects import CATALOGUE, EXCLUSIVE_PAIRS, Effect, Sizes
+from .excitation import (
     EXCITATION_SETS,
     EXCITATIONS,
     WEAK_LOOP_RAD_S,
@@ -25,10 +25,10 @@ from ehsid.harness.validation.reality.excitation import (
     draw_task,
     weak_loop,
 )
-from ehsid.harness.validation.reality.families import families
-from ehsid.harness.validation.reality.later import LATER
-from ehsid.harness.validation.reality.noise import Noise, draw_logger, draw_noise, usual_logger
-from ehsid.harness.validation.reality.nominal_rig import (
+from .families import families
+from .later import LATER
+from .noise import Noise, draw_logger, draw_noise, usual_logger
+from .nominal_rig import (
     LAG,
     NominalRig,
     PlantKind,
@@ -36,12 +36,12 @@ from ehsid.harness.validation.reality.nominal_rig import (
     draw_true_values,
     rig_text,
 )
-from ehsid.harness.validation.reality.outside import OUTSIDE, Faults, faults
-from ehsid.harness.validation.reality.structure import Grade, build, draw_structure
-from ehsid.harness.validation.reality.truth import Truth
-from ehsid.harness.validation.reality.unnamed import UNNAMED
-from ehsid.harness.validation.reality.variants import Variants, draw_variants, with_variants
-from ehsid.harness.validation.reality.wide_rig import draw_wide_rig
+from .outside import OUTSIDE, Faults, faults
+from .structure import Grade, build, draw_structure
+from .truth import Truth
+from .unnamed import UNNAMED
+from .variants import Variants, draw_variants, with_variants
+from .wide_rig import draw_wide_rig
 
 Kind = Literal["one", "two", "none", "params", "open"]
 Sensors = Literal["position", "pressures", "pressures+supply", "pressures+supply+spool"]

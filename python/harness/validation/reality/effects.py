@@ -12,9 +12,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ehsid.harness.validation.reality.nominal_rig import NominalRig, spread
-from ehsid.harness.validation.reality.structure import balance, with_friction
-from ehsid.harness.validation.reality.truth import Truth
+from .nominal_rig import NominalRig, spread
+from .structure import balance, with_friction
+from .truth import Truth
 
 Sizes = Mapping[str, float]
 

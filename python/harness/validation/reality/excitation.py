@@ -14,9 +14,9 @@ from typing import Literal
 
 import numpy as np
 
-from ehsid.harness.arrays import FloatArray
-from ehsid.harness.validation.reality.movements import MOVEMENTS, Movement, draw_movement
-from ehsid.harness.validation.reality.nominal_rig import NominalRig, spread
+from ...arrays import FloatArray
+from .movements import MOVEMENTS, Movement, draw_movement
+from .nominal_rig import NominalRig, spread
 
 Experiment = Literal["multisine", "steps", "triangle", "chirp", "prbs"]
 Excitation = Literal[Experiment, Movement]

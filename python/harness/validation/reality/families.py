@@ -5,10 +5,10 @@ from __future__ import annotations
 
 from collections.abc import Collection, Mapping
 
-from ehsid.harness.validation.reality.excitation import Excitation
-from ehsid.harness.validation.reality.noise import Logger
-from ehsid.harness.validation.reality.nominal_rig import NominalRig
-from ehsid.harness.validation.reality.truth import Truth
+from .excitation import Excitation
+from .noise import Logger
+from .nominal_rig import NominalRig
+from .truth import Truth
 
 
 def families(

@@ -12,10 +12,10 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from ehsid.harness.validation.reality.effects import Effect, Sizes, full_flow, signed
-from ehsid.harness.validation.reality.nominal_rig import NominalRig
-from ehsid.harness.validation.reality.structure import with_friction
-from ehsid.harness.validation.reality.truth import Truth
+from .effects import Effect, Sizes, full_flow, signed
+from .nominal_rig import NominalRig
+from .structure import with_friction
+from .truth import Truth
 
 BAR_PA = 1e5
 

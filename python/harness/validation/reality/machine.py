@@ -22,9 +22,9 @@ import math
 import numpy as np
 import numpy.typing as npt
 
-from ehsid.harness.arrays import FloatArray
-from ehsid.harness.validation.reality.compiled import compiled
-from ehsid.harness.validation.reality.truth import Truth
+from ...arrays import FloatArray
+from .compiled import compiled
+from .truth import Truth
 
 # States: spool position and its rate, compression of the oil on both sides, accumulator pressure,
 # position, speed, deflection of the bristles, output of a lagging position sensor, position and

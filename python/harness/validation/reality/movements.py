@@ -14,7 +14,7 @@ from typing import Literal
 import numpy as np
 from scipy.signal import lfilter
 
-from ehsid.harness.arrays import FloatArray
+from ...arrays import FloatArray
 
 Movement = Literal["joystick", "trapezoid", "stepped_sine", "growing"]
 MOVEMENTS: tuple[Movement, ...] = ("joystick", "trapezoid", "stepped_sine", "growing")

@@ -9,8 +9,8 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.signal import lfilter
 
-from ehsid.harness.arrays import FloatArray
-from ehsid.harness.validation.reality.nominal_rig import NominalRig, spread
+from ...arrays import FloatArray
+from .nominal_rig import NominalRig, spread
 
 POSITION_STEPS_M = (1e-7, 2e-7, 5e-7, 1e-6, 2e-6)
 PRESSURE_STEPS_PA = (1000.0, 2000.0, 2500.0, 5000.0)

@@ -10,11 +10,11 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from ehsid.harness.arrays import FloatArray
-from ehsid.harness.validation.reality.effects import Effect, Sizes, full_flow
-from ehsid.harness.validation.reality.nominal_rig import NominalRig, spread
-from ehsid.harness.validation.reality.structure import with_friction
-from ehsid.harness.validation.reality.truth import Truth
+from ...arrays import FloatArray
+from .effects import Effect, Sizes, full_flow
+from .nominal_rig import NominalRig, spread
+from .structure import with_friction
+from .truth import Truth
 
 
 def _unchanged(machine: Truth, sizes: Sizes, _: float) -> Truth:

@@ -9,9 +9,9 @@ from typing import Any, Literal
 
 import numpy as np
 
-from ehsid.harness.validation.reality.machine import compression
-from ehsid.harness.validation.reality.nominal_rig import LAG, NominalRig
-from ehsid.harness.validation.reality.truth import Truth
+from .machine import compression
+from .nominal_rig import LAG, NominalRig
+from .truth import Truth
 
 Grade = Literal["plain", "hard", "confusable", "slow", "wide"]
 GRADES: tuple[Grade, ...] = ("plain", "hard", "confusable", "slow", "wide")

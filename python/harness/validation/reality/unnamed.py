@@ -13,10 +13,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ehsid.harness.arrays import FloatArray
-from ehsid.harness.validation.reality.effects import Effect, Sizes, full_flow, signed
-from ehsid.harness.validation.reality.nominal_rig import NominalRig
-from ehsid.harness.validation.reality.truth import Truth
+from ...arrays import FloatArray
+from .effects import Effect, Sizes, full_flow, signed
+from .nominal_rig import NominalRig
+from .truth import Truth
 
 # True term of the equation over its variable, SI, for the constants of the machine.
 Curve = Callable[[FloatArray, Truth], FloatArray]

@@ -14,8 +14,8 @@ from typing import Literal
 
 import numpy as np
 
-from ehsid.harness.validation.reality.nominal_rig import spread
-from ehsid.harness.validation.reality.truth import NO_PLAYS, Plays, Truth
+from .nominal_rig import spread
+from .truth import NO_PLAYS, Plays, Truth
 
 Seals = Literal["LuGre", "Dahl", "Bouc-Wen"]
 # Largest flow, in multiples of that at half the pressure difference: with all of it over one edge,

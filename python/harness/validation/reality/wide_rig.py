@@ -7,7 +7,7 @@ import math
 
 import numpy as np
 
-from ehsid.harness.validation.reality.nominal_rig import LAG, NominalRig, four_digits, spread
+from .nominal_rig import LAG, NominalRig, four_digits, spread
 
 RATED_FLOWS_M3_S = (5.0 / 60e3, 250.0 / 60e3)  # 5 to 250 l/min
 MASSES_KG = (1.0, 2e4)

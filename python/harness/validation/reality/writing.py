@@ -11,8 +11,8 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
-from ehsid.harness.files import write_text
-from ehsid.harness.validation.reality.case import RealityCase
+from ...files import write_text
+from .case import RealityCase
 
 FILES = ("rig.toml", "train.csv", "validate.csv")
 FORMATS = {

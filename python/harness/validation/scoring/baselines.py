@@ -13,11 +13,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ehsid.harness.catalogue.parameters import effects
-from ehsid.harness.validation.blind.answers import Answer
-from ehsid.harness.validation.scoring.figures import Figure, share
-from ehsid.harness.validation.scoring.judging import Judgement, ScoredCase, group_by, judge
-from ehsid.harness.validation.scoring.reading import Candidate, Findings, NamedEffect
+from ...catalogue.parameters import effects
+from ..blind.answers import Answer
+from .figures import Figure, share
+from .judging import Judgement, ScoredCase, group_by, judge
+from .reading import Candidate, Findings, NamedEffect
 
 PERMUTATIONS = 10_000
 SEED = 6

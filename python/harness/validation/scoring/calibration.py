@@ -13,10 +13,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ehsid.harness.catalogue.parameters import effects
-from ehsid.harness.gap.schema import Estimate
-from ehsid.harness.validation.scoring.figures import Figure, share
-from ehsid.harness.validation.scoring.judging import ScoredCase, is_true
+from ...catalogue.parameters import effects
+from ...gap.schema import Estimate
+from .figures import Figure, share
+from .judging import ScoredCase, is_true
 
 # Edges of the bins; they are closest between 0.8 and 1, the range of interest.
 EDGES = (0.0, 0.2, 0.4, 0.6, 0.7, 0.8, 0.85, 0.9, 0.95, 1.0)

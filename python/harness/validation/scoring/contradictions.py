@@ -6,15 +6,15 @@ from __future__ import annotations
 import itertools
 import math
 
-from ehsid.harness.catalogue.keys import ParameterKey
-from ehsid.harness.catalogue.parameters import effects
-from ehsid.harness.gap.deciding import NEAR_FLOOR
-from ehsid.harness.gap.diagnosis_file import Candidate, DiagnosisFile, known
-from ehsid.harness.gap.inference.families import effect_families
-from ehsid.harness.gap.inference.quantised import QUANTISATION
-from ehsid.harness.gap.inference.verdict import agrees_as_configured, is_gained
-from ehsid.harness.gap.inference.words import in_words
-from ehsid.harness.gap.thresholds import MUCH_REMOVED, OPEN, WORSE_CALIBRATED
+from ...catalogue.keys import ParameterKey
+from ...catalogue.parameters import effects
+from ...gap.deciding import NEAR_FLOOR
+from ...gap.diagnosis_file import Candidate, DiagnosisFile, known
+from ...gap.inference.families import effect_families
+from ...gap.inference.quantised import QUANTISATION
+from ...gap.inference.verdict import agrees_as_configured, is_gained
+from ...gap.inference.words import in_words
+from ...gap.thresholds import MUCH_REMOVED, OPEN, WORSE_CALIBRATED
 
 CHOSEN = ("named", "sufficient")
 IN_THE_SET = (*CHOSEN, "equivalent")

@@ -11,7 +11,7 @@ from typing import Any, Literal
 import numpy as np
 from scipy import stats
 
-from ehsid.harness.arrays import FloatArray
+from ...arrays import FloatArray
 
 LEVEL = 0.9  # level of every confidence interval
 Unit = Literal["share", "count", "seconds", "nats"]

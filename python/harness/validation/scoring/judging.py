@@ -37,10 +37,10 @@ from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass
 from typing import Any, Literal, get_args
 
-from ehsid.harness.gap.inference.families import friction_laws, spelled_out
-from ehsid.harness.gap.schema import Estimate
-from ehsid.harness.validation.blind.answers import Answer, Kind
-from ehsid.harness.validation.scoring.reading import FAILED, SENSORS, Findings
+from ...gap.inference.families import friction_laws, spelled_out
+from ...gap.schema import Estimate
+from ..blind.answers import Answer, Kind
+from .reading import FAILED, SENSORS, Findings
 
 Outcome = Literal[
     "right",

@@ -9,15 +9,15 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from ehsid.harness.gap.diagnosis_file import (
+from ...gap.diagnosis_file import (
     DiagnosisFile,
     HowFar,
     Value,
     known,
     read_diagnosis_file,
 )
-from ehsid.harness.gap.schema import Estimate
-from ehsid.harness.validation.scoring.contradictions import contradictions
+from ...gap.schema import Estimate
+from .contradictions import contradictions
 
 FAILED = "failed"  # in place of a verdict, where the diagnosis raised an error
 SENSORS = ("pressures", "position only")  # what was measured

@@ -10,11 +10,12 @@ from dataclasses import dataclass, fields
 from pathlib import Path
 
 import ehsid
-from ehsid.harness.parallel import Progress, run_tasks
-from ehsid.harness.validation.blind.answers import Answer, read_answers
-from ehsid.harness.validation.blind.seal import ANSWERS, RESULTS, SEAL, Seal, read_seal
-from ehsid.harness.validation.scoring.baselines import Baseline, Control, baselines, controls
-from ehsid.harness.validation.scoring.calibration import (
+
+from ...parallel import Progress, run_tasks
+from ..blind.answers import Answer, read_answers
+from ..blind.seal import ANSWERS, RESULTS, SEAL, Seal, read_seal
+from .baselines import Baseline, Control, baselines, controls
+from .calibration import (
     Reliability,
     RiskPoint,
     SizeError,
@@ -23,14 +24,14 @@ from ehsid.harness.validation.scoring.calibration import (
     reliability,
     risk_curve,
 )
-from ehsid.harness.validation.scoring.figures import Figure, share
-from ehsid.harness.validation.scoring.judging import ScoredCase, group_by, judge
-from ehsid.harness.validation.scoring.reading import (
+from .figures import Figure, share
+from .judging import ScoredCase, group_by, judge
+from .reading import (
     FAILED,
     Findings,
     read_findings,
 )
-from ehsid.harness.validation.scoring.tables import (
+from .tables import (
     Confusion,
     FigureTable,
     SplitTable,
@@ -39,13 +40,13 @@ from ehsid.harness.validation.scoring.tables import (
     figure_tables,
     split_tables,
 )
-from ehsid.harness.validation.scoring.transfer import (
+from .transfer import (
     Promises,
     independent_samples,
     promises,
     transfer_of,
 )
-from ehsid.harness.validation.scoring.wrong import Regret, WrongCase, regret_of, wrong_cases
+from .wrong import Regret, WrongCase, regret_of, wrong_cases
 
 
 @dataclass(frozen=True)

@@ -7,12 +7,12 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
-from ehsid.harness.catalogue.parameters import effects
-from ehsid.harness.validation.blind.settings import GRADES
-from ehsid.harness.validation.scoring.calibration import SizeError, effect_errors, rig_errors
-from ehsid.harness.validation.scoring.figures import Figure, Range, mean, quantile, share
-from ehsid.harness.validation.scoring.judging import GAP_NAMES, KINDS, ScoredCase, group_by
-from ehsid.harness.validation.scoring.reading import FAILED, SENSORS
+from ...catalogue.parameters import effects
+from ..blind.settings import GRADES
+from .calibration import SizeError, effect_errors, rig_errors
+from .figures import Figure, Range, mean, quantile, share
+from .judging import GAP_NAMES, KINDS, ScoredCase, group_by
+from .reading import FAILED, SENSORS
 
 # Grades whose records should allow one name; smooth and small records often allow only a set.
 MAIN_GRADES = ("plain", "hard")

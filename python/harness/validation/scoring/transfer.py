@@ -19,20 +19,21 @@ import numpy as np
 import polars as pl
 
 import ehsid
-from ehsid.harness.catalogue.channels import CHANNELS, POSITION, REQUIRED_COLUMNS
-from ehsid.harness.catalogue.keys import ParameterKey
-from ehsid.harness.gap.data.sensor_floor import sensor_floor
-from ehsid.harness.gap.inference.gap_reduction import gap_reduction, window_sums
-from ehsid.harness.gap.model.comparison import compare
-from ehsid.harness.gap.model.problem import Problem
-from ehsid.harness.gap.schema import Estimate
-from ehsid.harness.gap.thresholds import BOOTSTRAP_SEED, DECISION_SUBSTEPS, INDEPENDENT_HZ
-from ehsid.harness.records import Record, read_record
-from ehsid.harness.rigs import Rig, read_rig
-from ehsid.harness.validation.blind.seal import CASES, RESULTS, TRANSFER
-from ehsid.harness.validation.scoring.figures import Figure, quantile, share
-from ehsid.harness.validation.scoring.judging import ScoredCase, Transfer
-from ehsid.harness.validation.scoring.reading import Findings
+
+from ...catalogue.channels import CHANNELS, POSITION, REQUIRED_COLUMNS
+from ...catalogue.keys import ParameterKey
+from ...gap.data.sensor_floor import sensor_floor
+from ...gap.inference.gap_reduction import gap_reduction, window_sums
+from ...gap.model.comparison import compare
+from ...gap.model.problem import Problem
+from ...gap.schema import Estimate
+from ...gap.thresholds import BOOTSTRAP_SEED, DECISION_SUBSTEPS, INDEPENDENT_HZ
+from ...records import Record, read_record
+from ...rigs import Rig, read_rig
+from ..blind.seal import CASES, RESULTS, TRANSFER
+from .figures import Figure, quantile, share
+from .judging import ScoredCase, Transfer
+from .reading import Findings
 
 
 @dataclass(frozen=True)

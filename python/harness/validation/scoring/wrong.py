@@ -6,9 +6,9 @@ from __future__ import annotations
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 
-from ehsid.harness.validation.scoring.figures import Figure, quantile
-from ehsid.harness.validation.scoring.judging import GAP_SIZES, ScoredCase
-from ehsid.harness.validation.scoring.reading import Candidate, Findings
+from .figures import Figure, quantile
+from .judging import GAP_SIZES, ScoredCase
+from .reading import Candidate, Findings
 
 # Two fits that differ by less cannot be told apart by a record. The difference means odds of 150 to
 # 1 if only half of the windows are as independent as is assumed.

@@ -38,7 +38,7 @@ VERY_SHORT: dict[str, Any] = {"seconds": 0.05}
 
 def test_the_parallel_runs_import_no_other_module_of_ehsid() -> None:
     """The package `reality` imports them, but no other module that computes: see test_walls."""
-    parallel = imported((HARNESS / "parallel.py").read_text(encoding="utf-8"))
+    parallel = imported(HARNESS / "parallel.py")
     assert not [name for name in parallel if name.startswith("ehsid")]
 
 
