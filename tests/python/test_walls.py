@@ -42,7 +42,7 @@ def reachable(header: str) -> set[str]:
 
 def test_relative_imports_have_their_full_names() -> None:
     names = imported(HARNESS / "gap" / "diagnosis_file.py")
-    assert {"ehsid.harness.gap.schema", "ehsid.harness.files.write_text"} <= names
+    assert {"ehsid.harness.gap.schema", "ehsid.harness.encoding.from_json"} <= names
     assert "ehsid.harness.gap" not in names
 
 
