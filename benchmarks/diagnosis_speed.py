@@ -22,15 +22,15 @@ from pathlib import Path
 import numpy as np
 from scipy.optimize import least_squares
 
-from ehsid.harness.gap.inference.search import candidate_effects
-from ehsid.harness.gap.model.case import make_case as gap_case
-from ehsid.harness.gap.model.fit import fit
-from ehsid.harness.gap.thresholds import INDEPENDENT_HZ
-from ehsid.harness.parallel import single_threaded_algebra, workers
+from ehsid.harness.base.parallel import single_threaded_algebra, workers
+from ehsid.harness.diagnosis.model.case import make_case as gap_case
+from ehsid.harness.diagnosis.model.fit import fit
+from ehsid.harness.diagnosis.search.search import candidate_effects
+from ehsid.harness.diagnosis.thresholds import INDEPENDENT_HZ
 from ehsid.harness.records import read_record
 from ehsid.harness.rigs import read_rig
-from ehsid.harness.validation.reality.case import make_case
-from ehsid.harness.validation.reality.writing import write_case
+from ehsid.lab.reality.case import make_case
+from ehsid.lab.reality.writing import write_case
 
 PAGE = Path(__file__).parents[1] / "docs" / "gap" / "speed.md"
 SEED = 31  # Coulomb friction

@@ -44,19 +44,19 @@ import numpy as np
 import psutil
 from distributed import Client
 
+from ehsid.harness.base.files import write_text
+from ehsid.harness.base.parallel import on_cluster, workers
 from ehsid.harness.cli.gap_fleet import read_machine
-from ehsid.harness.excitation import random_steps
-from ehsid.harness.files import write_text
-from ehsid.harness.gap import diagnose
-from ehsid.harness.gap.schema import Diagnosis
-from ehsid.harness.parallel import on_cluster, workers
+from ehsid.harness.diagnosis import diagnose
+from ehsid.harness.diagnosis.schema import Diagnosis
+from ehsid.harness.fleet.ranking import read_fleet
+from ehsid.harness.fleet.running import run_fleet, unfinished_machines
 from ehsid.harness.records import Record, write_record
-from ehsid.harness.report.diagnosis_files import write_diagnosis
-from ehsid.harness.report.fleet_page import write_fleet
 from ehsid.harness.rigs import Rig, read_rig, write_rig
-from ehsid.harness.simulation import draw_noise, simulate
-from ehsid.harness.validation.fleet.ranking import read_fleet
-from ehsid.harness.validation.fleet.running import run_fleet, unfinished_machines
+from ehsid.harness.show.diagnosis_files import write_diagnosis
+from ehsid.harness.show.fleet_page import write_fleet
+from ehsid.harness.signals.excitation import random_steps
+from ehsid.harness.signals.simulation import draw_noise, simulate
 
 REAL, REAL_S, REAL_HZ = "real", 4.0, 200.0
 RIG = Path(__file__).parents[1] / "examples" / "rigs" / "bench.toml"
@@ -159,7 +159,7 @@ class StandIn:
         self.real = False
 
     def __call__(self, records: Sequence[Record], rig: Rig, **options: Any) -> Diagnosis:
-        """As `ehsid.harness.gap.diagnose`, which it calls for the machines with REAL rigs."""
+        """As `ehsid.harness.diagnosis.diagnose`, which it calls for the machines with REAL rigs."""
         self.real = rig.name == REAL
         if self.real:
             return diagnose(records, rig, **options)

@@ -22,8 +22,8 @@ from typing import Any
 
 from joblib.externals.loky import get_reusable_executor
 
-from ehsid.harness.gap import Diagnosis, diagnose
-from ehsid.harness.gap.inference.families import effect_families
+from ehsid.harness.diagnosis import Diagnosis, diagnose
+from ehsid.harness.diagnosis.search.families import effect_families
 from ehsid.harness.records import read_record
 from ehsid.harness.rigs import read_rig
 

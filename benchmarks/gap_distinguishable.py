@@ -4,7 +4,7 @@
 FOLDER is that of a finished `ehsid gap-check`. Every effect of the catalogue in a case that was not
 answered right is fitted from its true size, beside the values of the rig and all nuisances, those
 among them that the record cannot tell from an effect. Its size over the deviation of the fit
-(sandwich of exact sensitivities, `ehsid.harness.gap.inference.intervals`) says how far it stands
+(sandwich of exact sensitivities, `ehsid.harness.diagnosis.search.intervals`) says how far it stands
 out: below 3 no diagnosis could be sure of it on this record.
 """
 
@@ -18,12 +18,12 @@ from typing import Any
 
 import numpy as np
 
-from ehsid.harness.gap.inference.candidates import calibrate, refine
-from ehsid.harness.gap.inference.intervals import candidate_deviations
-from ehsid.harness.gap.model.case import make_case
-from ehsid.harness.gap.model.machine import effect_starts
-from ehsid.harness.gap.model.parameters import effect_parameters
-from ehsid.harness.parallel import run_tasks
+from ehsid.harness.base.parallel import run_tasks
+from ehsid.harness.diagnosis.model.case import make_case
+from ehsid.harness.diagnosis.model.machine import effect_starts
+from ehsid.harness.diagnosis.model.parameters import effect_parameters
+from ehsid.harness.diagnosis.search.candidates import calibrate, refine
+from ehsid.harness.diagnosis.search.intervals import candidate_deviations
 from ehsid.harness.records import read_record
 from ehsid.harness.rigs import read_rig
 

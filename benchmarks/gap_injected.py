@@ -19,12 +19,12 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from ehsid.harness.catalogue.keys import ParameterKey
-from ehsid.harness.gap import Diagnosis, diagnose
-from ehsid.harness.gap.inference.families import effect_families
-from ehsid.harness.gap.schema import Estimate
+from ehsid.harness.diagnosis import Diagnosis, diagnose
+from ehsid.harness.diagnosis.schema import Estimate
+from ehsid.harness.diagnosis.search.families import effect_families
 from ehsid.harness.records import Record, read_record
 from ehsid.harness.rigs import Rig, read_rig
-from ehsid.harness.simulation.injection import Answer, InjectError, inject, injectable
+from ehsid.harness.signals.injection import Answer, InjectError, inject, injectable
 
 ROOT = Path(__file__).parents[1]
 EMPS = ROOT / "tests" / "python" / "data" / "emps"

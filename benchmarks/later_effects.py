@@ -21,9 +21,9 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 import numpy as np
 from missing_laws import diagnosed, kept, options, run_all, share
 
-from ehsid.harness.files import write_text
-from ehsid.harness.validation.reality.later import LATER
-from ehsid.harness.validation.scoring.judging import GAP_SIZES, is_exactly
+from ehsid.harness.base.files import write_text
+from ehsid.lab.reality.later import LATER
+from ehsid.lab.scoring.judging import GAP_SIZES, is_exactly
 
 SEED = 23_000_000  # no check of `ehsid gap-check` has it
 

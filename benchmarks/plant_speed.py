@@ -15,8 +15,8 @@ from pathlib import Path
 import numpy as np
 
 import ehsid
-from ehsid.harness.excitation import random_steps
 from ehsid.harness.rigs import read_rig
+from ehsid.harness.signals.excitation import random_steps
 
 RIG = Path(__file__).parents[1] / "examples" / "rigs" / "bench.toml"
 RUNS = 15

@@ -23,7 +23,7 @@ import numpy.typing as npt
 from servo_machines import Run, runs_of
 
 import ehsid
-from ehsid.harness.parallel import run_unordered
+from ehsid.harness.base.parallel import run_unordered
 
 FIRST, LAST = 3000, 3500
 TIMES, LAST_TIMES = 120, 5

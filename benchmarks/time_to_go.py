@@ -15,12 +15,12 @@ from pathlib import Path
 
 import numpy as np
 
-from ehsid.harness.gap import diagnose
-from ehsid.harness.parallel import workers
+from ehsid.harness.base.parallel import workers
+from ehsid.harness.base.time_to_go import TimeToGo
+from ehsid.harness.diagnosis import diagnose
 from ehsid.harness.records import make_record
 from ehsid.harness.rigs import read_rig
-from ehsid.harness.time_to_go import TimeToGo
-from ehsid.harness.validation.reality.case import make_case
+from ehsid.lab.reality.case import make_case
 
 FIRST_SEED, COUNT = 401, 8
 GRADES = ("plain", "hard", "wide", "confusable")

@@ -15,13 +15,13 @@ from known_model import known_model_sections
 from real_record import Part, real_record_section
 from withheld_record import REPORT, Opening, withheld_record
 
+from ehsid.harness.base.files import result_folder
 from ehsid.harness.cli.progress import stages
-from ehsid.harness.files import result_folder
-from ehsid.harness.report.gap_facts import diagnosis_facts
-from ehsid.harness.report.gap_page import gap_blocks, reason_blocks
-from ehsid.harness.report.gap_words import SIMULATIONS, first_upper
-from ehsid.harness.report.page import Page, Section, write_page
-from ehsid.harness.studies.published import SOURCE
+from ehsid.harness.show.gap_facts import diagnosis_facts
+from ehsid.harness.show.gap_page import gap_blocks, reason_blocks
+from ehsid.harness.show.gap_words import SIMULATIONS, first_upper
+from ehsid.harness.show.page import Page, Section, write_page
+from ehsid.lab.studies.published import SOURCE
 
 PAGE = "demo.html"
 

@@ -11,13 +11,13 @@ from matplotlib.figure import Figure
 from real_record import Part
 
 import ehsid
-from ehsid.harness.excitation import multisine
-from ehsid.harness.identification import ArxOrders
-from ehsid.harness.report.page import Picture, Section, Table
-from ehsid.harness.report.shares import percent
-from ehsid.harness.studies import Contender, KnownPlant, Outcome, compare
-from ehsid.harness.studies.pages.comparison_figures import change_figure, error_figure
-from ehsid.harness.studies.published import DT_S, DURATION_S, MODEL_16, RECURSIVE
+from ehsid.harness.models.identification import ArxOrders
+from ehsid.harness.show.page import Picture, Section, Table
+from ehsid.harness.show.shares import percent
+from ehsid.harness.signals.excitation import multisine
+from ehsid.lab.studies import Contender, KnownPlant, Outcome, compare
+from ehsid.lab.studies.pages.comparison_figures import change_figure, error_figure
+from ehsid.lab.studies.published import DT_S, DURATION_S, MODEL_16, RECURSIVE
 
 ORDERS = ArxOrders(3, 3, 1)
 SAMPLES = round(DURATION_S / DT_S)

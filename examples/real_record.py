@@ -8,11 +8,17 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import ehsid
-from ehsid.harness.estimation import EstimationResult, estimate
-from ehsid.harness.identification import ArxOrders, IdentificationResult, IoData, fit_arx, identify
+from ehsid.harness.models.estimation import EstimationResult, estimate
+from ehsid.harness.models.identification import (
+    ArxOrders,
+    IdentificationResult,
+    IoData,
+    fit_arx,
+    identify,
+)
 from ehsid.harness.records import read_record
-from ehsid.harness.report.model_figures import estimation_figure, identification_figure
-from ehsid.harness.report.page import Picture, Section, Table
+from ehsid.harness.show.model_figures import estimation_figure, identification_figure
+from ehsid.harness.show.page import Picture, Section, Table
 
 RECORD = Path(__file__).parent / "data" / "hydraulic_crane.csv"
 

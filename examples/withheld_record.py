@@ -12,12 +12,13 @@ from matplotlib.figure import Figure
 
 from ehsid.harness.catalogue.channels import shown_channel
 from ehsid.harness.catalogue.keys import ParameterKey
-from ehsid.harness.gap import diagnose
-from ehsid.harness.gap.schema import Diagnosis
+from ehsid.harness.diagnosis import diagnose
+from ehsid.harness.diagnosis.schema import Diagnosis
 from ehsid.harness.records import read_record
-from ehsid.harness.report.diagnosis_files import write_diagnosis
-from ehsid.harness.report.gap_curves import curves_of
-from ehsid.harness.report.gap_words import (
+from ehsid.harness.rigs import read_rig
+from ehsid.harness.show.diagnosis_files import write_diagnosis
+from ehsid.harness.show.gap_curves import curves_of
+from ehsid.harness.show.gap_words import (
     SIMULATIONS,
     effect_set,
     interval,
@@ -25,12 +26,11 @@ from ehsid.harness.report.gap_words import (
     unit_of,
     value_name,
 )
-from ehsid.harness.report.page import Link, Picture, Section, Table, Tagged
-from ehsid.harness.report.plotting import BLUE, GREEN, stacked, styled
-from ehsid.harness.report.shares import percent
-from ehsid.harness.report.where_section import where_section
-from ehsid.harness.report.which_section import which_section
-from ehsid.harness.rigs import read_rig
+from ehsid.harness.show.page import Link, Picture, Section, Table, Tagged
+from ehsid.harness.show.plotting import BLUE, GREEN, stacked, styled
+from ehsid.harness.show.shares import percent
+from ehsid.harness.show.where_section import where_section
+from ehsid.harness.show.which_section import which_section
 
 FOLDER = Path(__file__).parent / "data" / "withheld"
 RIG = FOLDER / "rig.toml"

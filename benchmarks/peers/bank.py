@@ -6,7 +6,7 @@ from __future__ import annotations
 import json
 from pathlib import Path
 
-from ehsid.harness.report.page import Table
+from ehsid.harness.show.page import Table
 
 
 def bank_table(path: Path | None) -> Table | None:

@@ -11,9 +11,9 @@ from bokeh.plotting import figure
 from results import SHOWN_N, Errors, Hold, Results, Times
 from tables import case_words, levels, of, shown, sizes
 
-from ehsid.harness.arrays import FloatArray
-from ehsid.harness.report.page import Picture, Plot
-from ehsid.harness.report.plotting import (
+from ehsid.harness.base.arrays import FloatArray
+from ehsid.harness.show.page import Picture, Plot
+from ehsid.harness.show.plotting import (
     BLUE,
     GREEN,
     GREY,

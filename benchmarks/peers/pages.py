@@ -25,7 +25,7 @@ from tables import (
     time_table,
 )
 
-from ehsid.harness.report.page import Block, Page, Section, Table
+from ehsid.harness.show.page import Block, Page, Section, Table
 
 COMMAND = "`python benchmarks/peers/run.py`"
 LARGE = 0.01

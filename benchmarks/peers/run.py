@@ -27,9 +27,9 @@ from native import BUILD, ROOT
 from pages import Media, make_page
 from results import Results
 
-from ehsid.harness.files import write_text
-from ehsid.harness.report.page import Page, write_page, write_pictures
-from ehsid.harness.report.page_markdown import markdown
+from ehsid.harness.base.files import write_text
+from ehsid.harness.show.page import Page, write_page, write_pictures
+from ehsid.harness.show.page_markdown import markdown
 
 DOCS = ROOT / "docs"
 

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 from results import BASE, PYTHON, SHOWN_N, Answer, Errors, Hold, Name, Results, Times
 
-from ehsid.harness.report.page import Table
+from ehsid.harness.show.page import Table
 
 # Wanted ratios to the bare UD recursion in float at n = 6.
 GOALS = {

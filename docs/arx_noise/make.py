@@ -14,10 +14,10 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from ehsid.harness.arrays import FloatArray
-from ehsid.harness.parallel import run_tasks, worker_count, workers
-from ehsid.harness.report.plotting import BLUE, GREY, PALE, VERMILION, styled
-from ehsid.harness.studies.noises import (
+from ehsid.harness.base.arrays import FloatArray
+from ehsid.harness.base.parallel import run_tasks, worker_count, workers
+from ehsid.harness.show.plotting import BLUE, GREY, PALE, VERMILION, styled
+from ehsid.lab.studies.noises import (
     METHODS,
     N_SAMPLES,
     NOISES,

@@ -17,10 +17,10 @@ from matplotlib.figure import Figure
 from rich.progress import track
 
 import ehsid
-from ehsid.harness.excitation import random_steps, triangle
 from ehsid.harness.records import Record
 from ehsid.harness.rigs import read_rig
-from ehsid.harness.simulation import simulate
+from ehsid.harness.signals.excitation import random_steps, triangle
+from ehsid.harness.signals.simulation import simulate
 
 HERE = Path(__file__).parent
 sys.path.append(str(HERE.parents[1] / "tests" / "python"))

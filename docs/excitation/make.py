@@ -12,7 +12,8 @@ from matplotlib.figure import Figure
 from rich.progress import track
 
 import ehsid
-from ehsid.harness.excitation import (
+from ehsid.harness.rigs import read_rig
+from ehsid.harness.signals.excitation import (
     Excitation,
     chirp,
     odd_multisine,
@@ -21,8 +22,7 @@ from ehsid.harness.excitation import (
     travel,
     triangle,
 )
-from ehsid.harness.rigs import read_rig
-from ehsid.harness.simulation import simulate, velocity_gain
+from ehsid.harness.signals.simulation import simulate, velocity_gain
 
 FloatArray = npt.NDArray[np.float64]
 

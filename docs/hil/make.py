@@ -16,18 +16,20 @@ from pathlib import Path
 
 import numpy as np
 
-from ehsid.harness.deploy.hil import Session, emulated, open_line
-from ehsid.harness.deploy.hil.comparison import Agreement, compare
-from ehsid.harness.deploy.hil.plan import Plan, position_plan
-from ehsid.harness.deploy.hil.recording import Recording
-from ehsid.harness.deploy.hil.run import RunResult, run_plan
-from ehsid.harness.excitation import random_steps
-from ehsid.harness.report.hil_figures import control_figure, estimates_figure
 from ehsid.harness.rigs.published import published_rig
-from ehsid.harness.simulation import draw_noise, suggested_controller
-from ehsid.harness.simulation.outputs import OUTPUTS_OF
-from ehsid.harness.studies.published import DT_S
-from ehsid.harness.studies.target_plans import FACTORS, experiment_plans
+from ehsid.harness.signals.excitation import random_steps
+from ehsid.harness.signals.simulation import draw_noise, suggested_controller
+from ehsid.harness.signals.simulation.outputs import OUTPUTS_OF
+from ehsid.hil.comparison import Agreement, compare
+from ehsid.hil.emulator import emulated
+from ehsid.hil.figures import control_figure, estimates_figure
+from ehsid.hil.plan import Plan, position_plan
+from ehsid.hil.recording import Recording
+from ehsid.hil.run import RunResult, run_plan
+from ehsid.hil.session import Session
+from ehsid.hil.transport import open_line
+from ehsid.lab.studies.published import DT_S
+from ehsid.lab.studies.target_plans import FACTORS, experiment_plans
 
 HERE = Path(__file__).parent
 SAMPLES = 1600  # of 50 ms

@@ -5,9 +5,9 @@ import re
 from enum import IntFlag
 from pathlib import Path
 
-from ehsid.harness.deploy.hil.layout import Field, Message
-from ehsid.harness.deploy.hil.messages import MESSAGES, Kind
-from ehsid.harness.files import write_text
+from ehsid.harness.base.files import write_text
+from ehsid.hil.layout import Field, Message
+from ehsid.hil.messages import MESSAGES, Kind
 
 DOCUMENT = Path(__file__).parents[1] / "hil_protocol.md"
 

@@ -9,11 +9,11 @@ from pathlib import Path
 
 import numpy as np
 
-from ehsid.harness.excitation import multisine
-from ehsid.harness.report.rig_check_figure import rig_check_figure
-from ehsid.harness.rig_check import RecordCheck, check_rig
+from ehsid.harness.fitness import RecordCheck, check_rig
 from ehsid.harness.rigs import read_rig
-from ehsid.harness.simulation import draw_noise, simulate
+from ehsid.harness.show.rig_check_figure import rig_check_figure
+from ehsid.harness.signals.excitation import multisine
+from ehsid.harness.signals.simulation import draw_noise, simulate
 
 HERE = Path(__file__).parent
 EXAMPLES = HERE.parents[1] / "examples"

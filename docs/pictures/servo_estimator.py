@@ -14,7 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 import ehsid
-from ehsid.harness.files import replacing
+from ehsid.harness.base.files import replacing
 
 mpl.use("Agg")
 from matplotlib import pyplot as plt

@@ -4,16 +4,16 @@
 import json
 from pathlib import Path
 
-from ehsid.harness.deploy.hil.result_file import HilFile
-from ehsid.harness.encoding import json_schema
-from ehsid.harness.estimation import Estimates
-from ehsid.harness.files import write_text
-from ehsid.harness.gap import diagnosis_file
-from ehsid.harness.rig_check import RigCheckFile
-from ehsid.harness.validation.blind.seal import Seal
-from ehsid.harness.validation.calibration.checking import Calibration
-from ehsid.harness.validation.fleet.ranking import Fleet
-from ehsid.harness.validation.scoring.score import ScoreFile
+from ehsid.harness.base.encoding import json_schema
+from ehsid.harness.base.files import write_text
+from ehsid.harness.diagnosis import diagnosis_file
+from ehsid.harness.fitness import RigCheckFile
+from ehsid.harness.fleet.ranking import Fleet
+from ehsid.harness.models.estimation import Estimates
+from ehsid.hil.result_file import HilFile
+from ehsid.lab.blind.seal import Seal
+from ehsid.lab.calibration.checking import Calibration
+from ehsid.lab.scoring.score import ScoreFile
 
 SCHEMAS = {
     "calibration.json": json_schema(Calibration, "calibration.json of ehsid gap-calibrate"),

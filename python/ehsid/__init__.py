@@ -63,9 +63,12 @@ if not TYPE_CHECKING:  # to a type checker a module with this function has every
         return value
 
 
+_NOT_FOR_PEOPLE = {"TYPE_CHECKING", "harness", "hil", "lab", "workbench"}
+
+
 def __dir__() -> list[str]:
     """Lists the names for people: what is private, or a module of Python, is not among them."""
-    own = {name for name in globals() if not name.startswith("_")} - {"TYPE_CHECKING", "harness"}
+    own = {name for name in globals() if not name.startswith("_")} - _NOT_FOR_PEOPLE
     return sorted({*own, *_LAZY, "__doc__", "__version__"})
 
 

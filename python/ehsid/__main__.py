@@ -12,7 +12,7 @@ INTERRUPTED = "ehsid: interrupted\n"
 def main() -> None:
     """Runs the command; Ctrl-C ends it with exit code 130."""
     try:
-        from ehsid.harness.surroundings import settle
+        from ehsid.harness.base.surroundings import settle
 
         settle()
         from ehsid.harness.cli import main as run
@@ -22,7 +22,7 @@ def main() -> None:
         sys.stderr.write(INTERRUPTED)
         sys.exit(130)
     except OSError as error:  # from --help or --version
-        from ehsid.harness.error_words import error_words
+        from ehsid.harness.base.error_words import error_words
 
         sys.stderr.write(f"ehsid: {error_words(error)}\n")
         sys.exit(2)

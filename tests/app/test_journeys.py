@@ -21,8 +21,8 @@ from app_sessions import ANSWERS, BENCH, german_log
 from log_files import write_excel, write_mat_structure, write_mf4
 from served_workbench import Served, children
 
-from ehsid.harness.app.session import Session
 from ehsid.harness.rigs.questions import QUESTIONS
+from ehsid.workbench.session import Session
 
 pytestmark = pytest.mark.slow
 

@@ -12,7 +12,7 @@ import pytest
 from app_diagnosed import diagnosed_session
 from app_sessions import BENCH
 
-from ehsid.harness.app.session import Session
+from ehsid.workbench.session import Session
 
 pytestmark = pytest.mark.slow
 

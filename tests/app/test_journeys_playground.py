@@ -13,8 +13,8 @@ from app_diagnosed import diagnosed_session
 from app_sessions import BENCH
 from served_workbench import children
 
-from ehsid.harness.app.lesson import candidates, truth
 from ehsid.harness.rigs import read_rig
+from ehsid.workbench.lesson import candidates, truth
 
 pytestmark = pytest.mark.slow
 

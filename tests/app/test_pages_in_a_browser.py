@@ -18,19 +18,19 @@ from matplotlib.figure import Figure
 from page_checks import CUT_OFF, HARD_TO_READ, ORDER
 from typer.testing import CliRunner
 
+from ehsid.harness.base.parallel import workers
 from ehsid.harness.cli import cli
-from ehsid.harness.gap.diagnosis_file import diagnosis_text
-from ehsid.harness.parallel import workers
+from ehsid.harness.diagnosis.diagnosis_file import diagnosis_text
+from ehsid.harness.fleet.ranking import read_fleet
 from ehsid.harness.records import make_record, write_record
-from ehsid.harness.report.fleet_page import write_fleet
-from ehsid.harness.report.gap_page import RecordLine, render_diagnosis
-from ehsid.harness.report.page import Page, Section, render_page
-from ehsid.harness.report.picture_data import embedded
-from ehsid.harness.report.where_section import where_section
-from ehsid.harness.report.which_section import which_section
-from ehsid.harness.studies.pages.claims_map import claims_picture
-from ehsid.harness.studies.pages.claims_sections import claims_sections, verdict_lead
-from ehsid.harness.validation.fleet.ranking import read_fleet
+from ehsid.harness.show.fleet_page import write_fleet
+from ehsid.harness.show.gap_page import RecordLine, render_diagnosis
+from ehsid.harness.show.page import Page, Section, render_page
+from ehsid.harness.show.picture_data import embedded
+from ehsid.harness.show.where_section import where_section
+from ehsid.harness.show.which_section import which_section
+from ehsid.lab.studies.pages.claims_map import claims_picture
+from ehsid.lab.studies.pages.claims_sections import claims_sections, verdict_lead
 
 pytestmark = pytest.mark.slow
 
@@ -135,7 +135,7 @@ def page_of(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Callable[[str]
 
     with pytest.MonkeyPatch.context() as patch, workers(1):
         patch.setattr(sys, "path", [str(EXAMPLES), *sys.path])
-        patch.setattr("ehsid.harness.report.page.embedded", whole_picture)
+        patch.setattr("ehsid.harness.show.page.embedded", whole_picture)
         yield page
 
 

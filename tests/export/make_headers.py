@@ -5,7 +5,7 @@ With them what Python makes of the whole record with each policy.
 tests/cpp/test_exported_header.cpp configures the C++ estimator from the headers and must make the
 bits of trajectories.csv from examples/data/hydraulic_crane.csv; tests/c must make those of the C++
 headers from the C headers; tests/compile/firmware compiles them as a controller would;
-tests/python/deploy/export/test_export.py checks that this script still makes these files. A row:
+tests/python/firmware/test_export.py checks that this script still makes these files. A row:
 header, sample, then in hexadecimal the status and the bits of innovation and theta. Bits that part
 do not meet again, so every 16th sample is enough.
 `python tests/export/make_headers.py` writes all anew.
@@ -21,7 +21,7 @@ import numpy as np
 import numpy.typing as npt
 
 import ehsid
-from ehsid.harness.deploy.export import (
+from ehsid.harness.firmware import (
     EstimatorConfiguration,
     GoldenTrace,
     Seed,
@@ -32,7 +32,7 @@ from ehsid.harness.deploy.export import (
     render_header,
     render_servo_header,
 )
-from ehsid.harness.identification import ArxOrders, IoData
+from ehsid.harness.models.identification import ArxOrders, IoData
 from ehsid.harness.records import read_record
 
 HERE = Path(__file__).parent

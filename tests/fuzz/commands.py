@@ -121,7 +121,7 @@ def _check_here(example: Example, folder: Path) -> str:
     try:
         with (
             _in_time(),
-            mock.patch("ehsid.harness.gap.diagnose", _without_diagnosis),
+            mock.patch("ehsid.harness.diagnosis.diagnose", _without_diagnosis),
             mock.patch("matplotlib.figure.Figure.draw"),
             warnings.catch_warnings(record=True) as warned,
         ):

@@ -21,7 +21,7 @@ from hypothesis import strategies as st
 from ehsid.harness.cli import cli
 from ehsid.harness.records import make_record, write_record
 from ehsid.harness.rigs import read_rig
-from ehsid.harness.simulation import simulate
+from ehsid.harness.signals.simulation import simulate
 
 ROOT = Path(__file__).parents[2]
 RIGS = {name: ROOT / "examples" / "rigs" / name for name in ("bench.toml", "axis.toml")}

@@ -8,8 +8,8 @@ from pathlib import Path
 from app_sessions import BENCH, german_log, read_session
 from made_diagnoses import made_diagnosis
 
-from ehsid.harness.app.session import Session
-from ehsid.harness.report.diagnosis_files import write_diagnosis
+from ehsid.harness.show.diagnosis_files import write_diagnosis
+from ehsid.workbench.session import Session
 
 
 def diagnosed_session(folder: Path, verdict: str = "ambiguous", seconds: float = 1.0) -> Session:

@@ -7,10 +7,10 @@ from pathlib import Path
 
 import numpy as np
 
-from ehsid.harness.app.reading import read_log
-from ehsid.harness.app.session import Entry, Session
 from ehsid.harness.rigs import read_rig
-from ehsid.harness.simulation import simulate
+from ehsid.harness.signals.simulation import simulate
+from ehsid.workbench.reading import read_log
+from ehsid.workbench.session import Entry, Session
 
 BENCH = Path(__file__).parents[2] / "examples" / "rigs" / "bench.toml"
 HEAD = "Zeit [ms];Stellgröße [V];Weg [mm];Druck A [bar];Druck B [bar]"

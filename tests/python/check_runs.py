@@ -12,10 +12,10 @@ from pathlib import Path
 from diagnosis_stand_in import Asked, DiagnosisStandIn
 from made_diagnoses import VERDICTS, made_diagnosis
 
-from ehsid.harness.gap.schema import Diagnosis
-from ehsid.harness.validation.blind.making import make_check
-from ehsid.harness.validation.blind.seal import Seal
-from ehsid.harness.validation.blind.settings import Settings
+from ehsid.harness.diagnosis.schema import Diagnosis
+from ehsid.lab.blind.making import make_check
+from ehsid.lab.blind.seal import Seal
+from ehsid.lab.blind.settings import Settings
 
 TINY = Settings(seed=7, count=5, seconds=2.0)  # one case of each grade
 

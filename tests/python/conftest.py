@@ -25,9 +25,9 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 @pytest.fixture(scope="session", autouse=True)
 def consistent_diagnoses() -> Iterator[None]:
     """Every diagnosis that a test makes in its own process breaks no rule of consistency."""
-    import ehsid.harness.gap.diagnosis as module
-    from ehsid.harness.gap.diagnosis_file import diagnosis_file
-    from ehsid.harness.validation.scoring.contradictions import contradictions
+    import ehsid.harness.diagnosis.diagnosis as module
+    from ehsid.harness.diagnosis.diagnosis_file import diagnosis_file
+    from ehsid.lab.scoring.contradictions import contradictions
 
     made = module._diagnose
 
@@ -54,13 +54,13 @@ def blank_pictures(monkeypatch: pytest.MonkeyPatch) -> None:
 def no_plots(monkeypatch: pytest.MonkeyPatch) -> None:
     """Pages of diagnoses without their zoomable plots, for the same reason."""
     for name in ("run_blocks", "next_plots"):
-        monkeypatch.setattr(f"ehsid.harness.report.gap_page.{name}", lambda *_: [])
+        monkeypatch.setattr(f"ehsid.harness.show.gap_page.{name}", lambda *_: [])
 
 
 @pytest.fixture(scope="module")
 def one_process() -> Iterator[None]:
     """What could be shared among processes is done in this one: to start others takes seconds."""
-    from ehsid.harness.parallel import workers
+    from ehsid.harness.base.parallel import workers
 
     with workers(1):
         yield
@@ -69,7 +69,7 @@ def one_process() -> Iterator[None]:
 @pytest.fixture
 def two_processes() -> Iterator[None]:
     """In a module of `one_process`, a test that has its work go to other processes and back."""
-    from ehsid.harness.parallel import workers
+    from ehsid.harness.base.parallel import workers
 
     with workers(2):
         yield

@@ -6,10 +6,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
-from ehsid.harness.gap.interim import Begun, Watch
-from ehsid.harness.gap.options import DEFAULTS, DiagnosisOptions
-from ehsid.harness.gap.schema import Diagnosis
-from ehsid.harness.parallel import Progress, worker_count
+from ehsid.harness.base.parallel import Progress, worker_count
+from ehsid.harness.diagnosis.interim import Begun, Watch
+from ehsid.harness.diagnosis.options import DEFAULTS, DiagnosisOptions
+from ehsid.harness.diagnosis.schema import Diagnosis
 from ehsid.harness.records import Record
 from ehsid.harness.rigs import Rig
 

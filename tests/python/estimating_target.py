@@ -12,11 +12,12 @@ import numpy as np
 from hil_target import RUNNING, Target
 
 import ehsid
-from ehsid.harness.deploy.export.configuration import EstimatorConfiguration, Seed
-from ehsid.harness.deploy.hil import POLICIES, encode, messages
-from ehsid.harness.deploy.hil.frames import Packet
-from ehsid.harness.deploy.hil.messages import Flags, Settings
-from ehsid.harness.identification import ArxOrders
+from ehsid.harness.firmware.configuration import EstimatorConfiguration, Seed
+from ehsid.harness.models.identification import ArxOrders
+from ehsid.hil import messages
+from ehsid.hil.configuration import POLICIES
+from ehsid.hil.frames import Packet, encode
+from ehsid.hil.messages import Flags, Settings
 
 
 def estimator_of(body: bytes) -> tuple[ehsid.ArxEstimator, dict[str, float]]:

@@ -10,11 +10,11 @@ import numpy as np
 import numpy.typing as npt
 
 import ehsid
-from ehsid.harness.excitation import multisine, triangle
-from ehsid.harness.gap.model.case import Case, make_case
+from ehsid.harness.diagnosis.model.case import Case, make_case
 from ehsid.harness.records import Record, make_record
 from ehsid.harness.rigs import Rig, read_rig
-from ehsid.harness.simulation import draw_noise, simulate
+from ehsid.harness.signals.excitation import multisine, triangle
+from ehsid.harness.signals.simulation import draw_noise, simulate
 
 FloatArray = npt.NDArray[np.float64]
 

@@ -1,11 +1,11 @@
 # SPDX-License-Identifier: MIT
-"""Faults by chance on the line between host and target; see `ehsid.harness.deploy.hil.relay`."""
+"""Faults by chance on the line between host and target; see `ehsid.hil.relay`."""
 
 import random
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
-from ehsid.harness.deploy.hil.faults import FAULTS, Passing, fault, undisturbed
+from ehsid.hil.faults import FAULTS, Passing, fault, undisturbed
 
 
 @dataclass

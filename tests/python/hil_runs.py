@@ -6,9 +6,12 @@ from collections.abc import Callable
 from dataclasses import replace
 
 import ehsid
-from ehsid.harness.deploy.export import EstimatorConfiguration
-from ehsid.harness.deploy.hil import Configuration, ControllerSettings, Result, Sample, Session
-from ehsid.harness.identification import ArxOrders
+from ehsid.harness.firmware import EstimatorConfiguration
+from ehsid.harness.models.identification import ArxOrders
+from ehsid.hil.answers import Result
+from ehsid.hil.configuration import Configuration, ControllerSettings
+from ehsid.hil.requests import Sample
+from ehsid.hil.session import Session
 
 TIMEOUT_S = 0.03
 # A loaded machine may be late often; no test is about how many times that may be.

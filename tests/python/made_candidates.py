@@ -12,15 +12,15 @@ import numpy as np
 from gap_rig import RIG
 from made_spectra import spectrum_of
 
-from ehsid.harness.gap.data.floor import NoiseFloor
-from ehsid.harness.gap.deciding import INDEPENDENT
-from ehsid.harness.gap.inference.candidates import FittedCandidate
-from ehsid.harness.gap.inference.gap_reduction import WindowSums
-from ehsid.harness.gap.inference.search import SearchResult
-from ehsid.harness.gap.model.case import Case
-from ehsid.harness.gap.model.likelihood import OutputLikelihood
-from ehsid.harness.gap.model.parameters import Parameter
-from ehsid.harness.gap.model.spectrum import BANDS
+from ehsid.harness.diagnosis.data.floor import NoiseFloor
+from ehsid.harness.diagnosis.deciding import INDEPENDENT
+from ehsid.harness.diagnosis.model.case import Case
+from ehsid.harness.diagnosis.model.likelihood import OutputLikelihood
+from ehsid.harness.diagnosis.model.parameters import Parameter
+from ehsid.harness.diagnosis.model.spectrum import BANDS
+from ehsid.harness.diagnosis.search.candidates import FittedCandidate
+from ehsid.harness.diagnosis.search.gap_reduction import WindowSums
+from ehsid.harness.diagnosis.search.search import SearchResult
 
 WINDOWS, SAMPLES, FLOOR, VARIATION = 40, 500, 1e-6, 1e-2
 SPECTRUM = spectrum_of((WINDOWS, SAMPLES))

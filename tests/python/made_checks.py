@@ -10,9 +10,9 @@ from typing import Any
 
 import numpy as np
 
-from ehsid.harness.validation.reality.effects import CATALOGUE, EXCLUSIVE_PAIRS
-from ehsid.harness.validation.reality.nominal_rig import draw_nominal_rig
-from ehsid.harness.validation.reality.outside import OUTSIDE
+from ehsid.lab.reality.effects import CATALOGUE, EXCLUSIVE_PAIRS
+from ehsid.lab.reality.nominal_rig import draw_nominal_rig
+from ehsid.lab.reality.outside import OUTSIDE
 
 Plain = dict[str, Any]
 Diagnoser = Callable[[Plain, np.random.Generator], Plain]

@@ -5,10 +5,10 @@ from __future__ import annotations
 
 from itertools import cycle, product
 
-from ehsid.harness.studies.claims import Condition, Input, Judged, ResetJudged
-from ehsid.harness.studies.evidence import Comparison, Finding, Interval
-from ehsid.harness.studies.experiment import FACTORS, LAMBDA0S, NOISES, P0S, ClaimResults
-from ehsid.harness.studies.verdicts import verdicts
+from ehsid.lab.studies.claims import Condition, Input, Judged, ResetJudged
+from ehsid.lab.studies.evidence import Comparison, Finding, Interval
+from ehsid.lab.studies.experiment import FACTORS, LAMBDA0S, NOISES, P0S, ClaimResults
+from ehsid.lab.studies.verdicts import verdicts
 
 
 def made_claims() -> ClaimResults:

@@ -9,12 +9,11 @@ from functools import cache
 import numpy as np
 from gap_rig import RIG
 
-from ehsid.harness.gap.data.floor import noise_floor
-from ehsid.harness.gap.inference.gap_reduction import gap_reduction, window_sums
-from ehsid.harness.gap.inference.results import in_sigmas
-from ehsid.harness.gap.model.comparison import compare
-from ehsid.harness.gap.model.parameters import calibration_parameters
-from ehsid.harness.gap.schema import (
+from ehsid.harness.diagnosis.data.floor import noise_floor
+from ehsid.harness.diagnosis.decision.results import in_sigmas
+from ehsid.harness.diagnosis.model.comparison import compare
+from ehsid.harness.diagnosis.model.parameters import calibration_parameters
+from ehsid.harness.diagnosis.schema import (
     BandShare,
     CalibratedValue,
     Candidate,
@@ -35,11 +34,12 @@ from ehsid.harness.gap.schema import (
     Verdict,
     Where,
 )
+from ehsid.harness.diagnosis.search.gap_reduction import gap_reduction, window_sums
 from ehsid.harness.records import Record, make_record
 from ehsid.harness.rigs import Rig
 from ehsid.harness.rigs.table_law import TableLaw
-from ehsid.harness.simulation import draw_noise, simulate
-from ehsid.harness.simulation.windows import simulate_windows
+from ehsid.harness.signals.simulation import draw_noise, simulate
+from ehsid.harness.signals.simulation.windows import simulate_windows
 
 VERDICTS: tuple[Verdict, ...] = (
     "effects",

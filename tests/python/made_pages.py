@@ -21,31 +21,33 @@ from made_machines import drawn_machines
 from page_names import file_name
 
 import ehsid
-from ehsid.harness.deploy.hil import Session, encode, open_line
-from ehsid.harness.deploy.hil.comparison import compare
-from ehsid.harness.deploy.hil.plan import Plan, open_plan
-from ehsid.harness.deploy.hil.recording import Recording
-from ehsid.harness.deploy.hil.relay import relayed
-from ehsid.harness.deploy.hil.run import run_plan
-from ehsid.harness.gap.diagnosis_file import diagnosis_text
-from ehsid.harness.gap.schema import Diagnosis, Remark
-from ehsid.harness.identification import ArxOrders, IoData
-from ehsid.harness.report.calibration_page import calibration_page
-from ehsid.harness.report.check_page import check_page
-from ehsid.harness.report.fleet_page import fleet_page
-from ehsid.harness.report.gap_page import RecordLine, render_diagnosis
-from ehsid.harness.report.hil_page import hil_page
-from ehsid.harness.report.page import Page, render_page
+from ehsid.harness.diagnosis.diagnosis_file import diagnosis_text
+from ehsid.harness.diagnosis.schema import Diagnosis, Remark
+from ehsid.harness.fleet.ranking import read_fleet
+from ehsid.harness.models.identification import ArxOrders, IoData
 from ehsid.harness.rigs.published import published_rig
-from ehsid.harness.simulation import suggested_controller
-from ehsid.harness.simulation.outputs import OUTPUTS_OF
-from ehsid.harness.studies.pages.offline_sections import offline_sections
-from ehsid.harness.studies.procedure import run_procedure
-from ehsid.harness.validation.calibration.checking import calibrate
-from ehsid.harness.validation.calibration.left_out import LEAST_MACHINES
-from ehsid.harness.validation.calibration.reading import Found
-from ehsid.harness.validation.fleet.ranking import read_fleet
-from ehsid.harness.validation.scoring.score import score_folder
+from ehsid.harness.show.fleet_page import fleet_page
+from ehsid.harness.show.gap_page import RecordLine, render_diagnosis
+from ehsid.harness.show.page import Page, render_page
+from ehsid.harness.signals.simulation import suggested_controller
+from ehsid.harness.signals.simulation.outputs import OUTPUTS_OF
+from ehsid.hil.comparison import compare
+from ehsid.hil.frames import encode
+from ehsid.hil.page import hil_page
+from ehsid.hil.plan import Plan, open_plan
+from ehsid.hil.recording import Recording
+from ehsid.hil.relay import relayed
+from ehsid.hil.run import run_plan
+from ehsid.hil.session import Session
+from ehsid.hil.transport import open_line
+from ehsid.lab.calibration.checking import calibrate
+from ehsid.lab.calibration.left_out import LEAST_MACHINES
+from ehsid.lab.calibration.reading import Found
+from ehsid.lab.pages.calibration_page import calibration_page
+from ehsid.lab.pages.check_page import check_page
+from ehsid.lab.scoring.score import score_folder
+from ehsid.lab.studies.pages.offline_sections import offline_sections
+from ehsid.lab.studies.procedure import run_procedure
 
 Make = Callable[[str, Path], str]
 ARX = ArxOrders(3, 3, 1, offset=True)

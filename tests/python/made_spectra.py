@@ -6,8 +6,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any, cast
 
-from ehsid.harness.gap.model.comparison import Compared
-from ehsid.harness.gap.model.spectrum import Spectrum
+from ehsid.harness.diagnosis.model.comparison import Compared
+from ehsid.harness.diagnosis.model.spectrum import Spectrum
 
 
 @dataclass(frozen=True)

@@ -4,8 +4,8 @@
 import numpy as np
 import numpy.typing as npt
 
-from ehsid.harness.validation.reality import machine as equations
-from ehsid.harness.validation.reality.truth import Truth
+from ehsid.lab.reality import machine as equations
+from ehsid.lab.reality.truth import Truth
 
 FloatArray = npt.NDArray[np.float64]
 DT_S = 1e-3

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: MIT
 """Cases of a check made by hand, with the candidates that the diagnosis tried."""
 
-from ehsid.harness.validation.blind.answers import Answer
-from ehsid.harness.validation.scoring.judging import ScoredCase, judge
-from ehsid.harness.validation.scoring.reading import Candidate, Findings, NamedEffect
+from ehsid.lab.blind.answers import Answer
+from ehsid.lab.scoring.judging import ScoredCase, judge
+from ehsid.lab.scoring.reading import Candidate, Findings, NamedEffect
 
 BAND, BIAS, LAG = "valve_dead_band", "valve_null_bias", "sensor_lag"
 CANDIDATES = (

@@ -6,10 +6,10 @@ from pathlib import Path
 
 import numpy as np
 
-from ehsid.harness.excitation import multisine
 from ehsid.harness.records import Record, make_record
 from ehsid.harness.rigs import Rig, read_rig
-from ehsid.harness.simulation import draw_noise, simulate
+from ehsid.harness.signals.excitation import multisine
+from ehsid.harness.signals.simulation import draw_noise, simulate
 
 DT_S = 1e-3
 BENCH = read_rig(Path(__file__).parents[2] / "examples" / "rigs" / "bench.toml").with_values(

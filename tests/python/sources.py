@@ -1,16 +1,17 @@
 # SPDX-License-Identifier: MIT
-"""What the sources of the harness import, read off their text."""
+"""What the sources of the four houses import, read off their text."""
 
 import ast
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
-HARNESS = ROOT / "python" / "harness"
+PYTHON = ROOT / "python"
+HARNESS = PYTHON / "harness"
 
 
 def imported(path: Path) -> set[str]:
-    """Return the full names of all modules that a file of the harness imports, anywhere in it."""
-    package = ("ehsid", "harness", *path.relative_to(HARNESS).parts[:-1])
+    """Return the full names of all modules that a file below `python` imports, anywhere in it."""
+    package = ("ehsid", *path.relative_to(PYTHON).parts[:-1])
     names: set[str] = set()
     for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
         if isinstance(node, ast.Import):

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 from offline_pages import read
 
-from ehsid.harness.identification import IoData, identify
+from ehsid.harness.models.identification import IoData, identify
 from ehsid.harness.records import read_record
 
 pytestmark = pytest.mark.slow  # half a minute: a whole diagnosis

@@ -9,7 +9,7 @@ import pytest
 
 from ehsid.harness.records import read_record
 from ehsid.harness.rigs import read_rig
-from ehsid.harness.simulation.injection import injectable
+from ehsid.harness.signals.injection import injectable
 
 ROOT = Path(__file__).parents[2]
 EMPS = ROOT / "tests" / "python" / "data" / "emps"

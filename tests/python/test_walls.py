@@ -5,7 +5,7 @@ import re
 from pathlib import Path
 
 import pytest
-from sources import HARNESS, ROOT, imported, imported_below
+from sources import HARNESS, PYTHON, ROOT, imported, imported_below
 
 INCLUDE = ROOT / "cpp" / "include"
 
@@ -41,15 +41,17 @@ def reachable(header: str) -> set[str]:
 
 
 def test_relative_imports_have_their_full_names() -> None:
-    names = imported(HARNESS / "gap" / "diagnosis_file.py")
-    assert {"ehsid.harness.gap.schema", "ehsid.harness.encoding.from_json"} <= names
-    assert "ehsid.harness.gap" not in names
+    names = imported(HARNESS / "diagnosis" / "diagnosis_file.py")
+    assert {"ehsid.harness.diagnosis.schema", "ehsid.harness.base.encoding.from_json"} <= names
+    assert "ehsid.harness.diagnosis" not in names
 
 
-def test_packages_import_themselves_relatively() -> None:
+@pytest.mark.parametrize("house", ["harness", "hil", "lab", "workbench"])
+def test_packages_import_themselves_relatively(house: str) -> None:
     """So that every tool resolves them: the folder of ehsid.harness is not named like it."""
-    absolute = re.compile(r"^\s*(from|import) ehsid\.harness\b", re.MULTILINE)
-    assert not [path for path in HARNESS.rglob("*.py") if absolute.search(path.read_text("utf-8"))]
+    absolute = re.compile(rf"^\s*(from|import) ehsid\.{house}\b", re.MULTILINE)
+    sources = (PYTHON / house).rglob("*.py")
+    assert not [path for path in sources if absolute.search(path.read_text("utf-8"))]
 
 
 def test_headers_were_found() -> None:
@@ -81,120 +83,110 @@ def test_estimator_headers_never_reach_streams_or_the_heap(header: str) -> None:
 
 
 # What each room may import of the others, from the ground up: no room imports one below it in this
-# table, so no two import each other. `cli` alone may import all of them. A name with a slash is a
-# room inside another room.
-ROOMS: dict[str, set[str]] = {
+# table, so no two import each other. A name with a slash is a room inside another room. Every room
+# but the independent generator may import `base` and `catalogue`.
+BELOW_DIAGNOSIS = {"diagnosis/data", "diagnosis/tables", "records", "rigs", "signals/simulation"}
+PRODUCT: dict[str, set[str]] = {
+    "base": set(),
     "catalogue": set(),
     "records": set(),
     "rigs": {"records"},
-    "excitation": set(),
-    "identification": {"records"},
-    "estimation": {"identification"},
-    "simulation": {"excitation", "records", "rigs"},
-    "gap/tables": {"records", "rigs"},
-    "gap/data": {"gap/tables", "records", "rigs", "simulation"},
-    "rig_check": {"gap/data", "gap/tables", "records", "rigs", "simulation"},
-    "gap/model": {"gap/data", "gap/tables", "records", "rigs", "simulation"},
-    "gap/inference": {"gap/data", "gap/model", "gap/tables", "records", "rigs", "simulation"},
-    "gap/laws": {
-        "gap/data",
-        "gap/inference",
-        "gap/model",
-        "gap/tables",
-        "records",
-        "rigs",
-        "simulation",
-    },
-    "gap/design": {
-        "excitation",
-        "gap/data",
-        "gap/model",
-        "gap/tables",
-        "records",
-        "rigs",
-        "simulation",
-    },
-    "gap": {
-        "gap/data",
-        "gap/design",
-        "gap/inference",
-        "gap/laws",
-        "gap/model",
-        "gap/tables",
-        "records",
+    "signals/excitation": set(),
+    "signals/simulation": {"records", "rigs", "signals/excitation"},
+    "signals/injection": {"records", "rigs"},
+    "models/identification": {"records"},
+    "models/estimation": {"models/identification"},
+    "firmware": {"models/estimation", "models/identification"},
+    "diagnosis/tables": {"records", "rigs"},
+    "diagnosis/data": {"diagnosis/tables", "records", "rigs", "signals/simulation"},
+    "fitness": {"diagnosis/data", "diagnosis/tables", "records", "rigs"},
+    "diagnosis/model": BELOW_DIAGNOSIS,
+    "diagnosis/search": {*BELOW_DIAGNOSIS, "diagnosis/model"},
+    "diagnosis/decision": {"diagnosis/model", "diagnosis/search", "diagnosis/tables", "rigs"},
+    "diagnosis/laws": {
+        *("diagnosis/decision", "diagnosis/model", "diagnosis/search", "diagnosis/tables"),
         "rigs",
     },
-    "deploy": {"estimation", "identification", "records", "rigs", "simulation"},
-    "validation/reality": set(),
-    "validation": {"gap/tables", "records", "rigs"},
-    "validation/blind": {
-        "gap",
-        "gap/tables",
-        "records",
-        "rigs",
-        "validation",
-        "validation/reality",
+    "diagnosis/next": {*BELOW_DIAGNOSIS, "diagnosis/model", "signals/excitation"},
+    "diagnosis": {
+        *("diagnosis/data", "diagnosis/decision", "diagnosis/laws", "diagnosis/model"),
+        *("diagnosis/next", "diagnosis/search", "diagnosis/tables", "records", "rigs"),
     },
-    "validation/fleet": {"gap/tables", "records", "validation", "validation/blind"},
-    "validation/scoring": {
-        *("gap/data", "gap/inference", "gap/model", "gap/tables"),
-        *("records", "rigs", "validation/blind"),
-    },
-    "validation/calibration": {
-        *("gap/inference", "gap/tables", "validation/blind", "validation/scoring"),
-    },
-    "report": {
-        *("deploy", "estimation", "gap", "gap/tables", "identification", "records"),
-        *("rig_check", "rigs", "simulation"),
-        *("validation/calibration", "validation/fleet", "validation/scoring"),
-    },
-    "studies": {
-        *("deploy", "excitation", "identification", "records", "report", "rigs", "simulation"),
+    "fleet": {"diagnosis", "diagnosis/tables", "records"},
+    "show": {
+        *("diagnosis/tables", "fitness", "fleet", "models/estimation", "models/identification"),
+        *("records", "rigs", "signals/simulation"),
     },
     "api": {
-        *("estimation", "excitation", "gap", "gap/tables", "identification", "records", "report"),
-        *("rigs", "simulation"),
+        *("diagnosis", "diagnosis/tables", "models/estimation", "models/identification"),
+        *("records", "rigs", "show", "signals/excitation", "signals/simulation"),
     },
-    "app": {
-        *("deploy", "estimation", "excitation", "gap", "gap/data", "gap/tables", "identification"),
-        *("records", "report", "rig_check", "rigs", "simulation", "validation/fleet"),
+    "cli": {
+        *("diagnosis", "diagnosis/data", "diagnosis/tables", "firmware", "fitness", "fleet"),
+        *("models/estimation", "models/identification", "records", "rigs", "show"),
+        *("signals/injection", "signals/simulation"),
     },
 }
-# Of gap: what comes out, as data and as a file, and the numbers that decide.
+# The guests of the product: nothing in the product imports one.
+GUESTS: dict[str, set[str]] = {
+    "hil": {
+        *("cli", "firmware", "models/identification", "records", "rigs", "show"),
+        "signals/simulation",
+    },
+    "lab/reality": set(),
+    "lab/blind": {"diagnosis", "diagnosis/tables", "lab/reality", "records", "rigs"},
+    "lab/scoring": {
+        *("diagnosis/data", "diagnosis/decision", "diagnosis/model", "diagnosis/search"),
+        *("diagnosis/tables", "lab/blind", "records", "rigs"),
+    },
+    "lab/calibration": {
+        *("diagnosis/decision", "diagnosis/search", "diagnosis/tables"),
+        *("lab/blind", "lab/scoring"),
+    },
+    "lab/pages": {"lab/calibration", "lab/scoring", "show"},
+    "lab/studies": {
+        *("firmware", "hil", "models/identification", "records", "rigs", "show"),
+        *("signals/excitation", "signals/simulation"),
+    },
+    "lab/cli": {
+        *("cli", "diagnosis", "lab/blind", "lab/calibration", "lab/pages", "lab/scoring"),
+        *("lab/studies", "models/identification", "records", "rigs", "show"),
+    },
+    "lab": {"cli"},
+    "workbench": {
+        *("cli", "diagnosis", "diagnosis/data", "diagnosis/tables", "firmware", "fitness"),
+        *("fleet", "hil", "models/estimation", "models/identification", "records", "rigs"),
+        *("show", "signals/excitation", "signals/simulation"),
+    },
+}
+ROOMS = PRODUCT | GUESTS
+# Of the diagnosis: what comes out, as data and as a file, and the numbers that decide.
 TABLES = {"deciding.py", "diagnosis_file.py", "options.py", "schema.py", "thresholds.py"}
-# Modules of no room, which every room may use.
-SHARED = {
-    *("arrays", "encoding", "error_words", "exchange", "files", "manifest", "parallel"),
-    *("plain_number", "text"),
-    "surroundings",
-    "time_to_go",
-}
-# The room of the tables, which every room but the independent generator may read.
-TABLE_ROOM = "catalogue"
+FOR_ALL = ("base", "catalogue")
+# They hold rooms and nothing else, and the package itself.
+HALLS = {"harness", "models", "signals", "ehsid"}
 
 
 def room_of(path: Path) -> str:
-    """The room of a file of the harness, or its name where it stands beside the rooms."""
-    parts = path.relative_to(HARNESS).parts
-    if parts[0] == "gap" and parts[1] in TABLES:
-        return "gap/tables"
-    for depth in (2, 1):
-        name = "/".join(parts[:depth])
-        if len(parts) > depth and (name in ROOMS or depth == 1):
-            return name
-    return path.stem
+    """The room of a file below `python`."""
+    parts = path.relative_to(PYTHON).parts
+    parts = parts[1:] if parts[0] == "harness" and len(parts) > 2 else parts
+    if parts[0] == "diagnosis" and parts[1] in TABLES:
+        return "diagnosis/tables"
+    inner = "/".join(parts[:2])
+    return inner if len(parts) > 2 and inner in ROOMS else parts[0]
 
 
 def imports() -> dict[str, set[tuple[str, str]]]:
     """By room: the modules of other rooms that it imports, each with the room it is of."""
     found: dict[str, set[tuple[str, str]]] = {name: set() for name in ROOMS}
-    for path in HARNESS.rglob("*.py"):
+    for path in PYTHON.rglob("*.py"):
         room = room_of(path)
-        if room not in ROOMS:
+        if room in HALLS:
             continue
         for name in imported(path):
-            of = HARNESS.joinpath(*name.split(".")[2:])
-            if not name.startswith("ehsid.harness."):
+            of = PYTHON.joinpath(*name.split(".")[1:])
+            if not name.startswith("ehsid."):
                 continue
             if of.is_dir():
                 of = of / "__init__.py"
@@ -202,7 +194,7 @@ def imports() -> dict[str, set[tuple[str, str]]]:
                 of = of.with_suffix(".py")
             else:  # a name in a module, which is in the list by itself
                 continue
-            if room_of(of) not in (room, TABLE_ROOM, *SHARED):
+            if room_of(of) not in {room, *FOR_ALL, *HALLS}:
                 found[room].add((room_of(of), name))
     return found
 
@@ -211,8 +203,14 @@ IMPORTS = imports()
 
 
 def test_every_folder_is_a_room() -> None:
-    folders = {room_of(path) for path in HARNESS.rglob("*.py")} - SHARED
-    assert folders == {*ROOMS, "cli", "__init__"}
+    assert {room_of(path) for path in PYTHON.rglob("*.py")} == {*ROOMS, *HALLS}
+
+
+def test_nothing_in_the_product_imports_a_guest() -> None:
+    guests = {room.split("/")[0] for room in GUESTS}
+    assert guests == {path.name for path in PYTHON.iterdir() if path.is_dir()} - HALLS
+    found = {one for room in PRODUCT for one in IMPORTS[room]}
+    assert not [name for of, name in found if of.split("/")[0] in guests]
 
 
 @pytest.mark.parametrize("room", ROOMS)
@@ -228,33 +226,50 @@ def test_rooms_stand_on_those_before_them() -> None:
         before.add(room)
 
 
-DRAWING = ("matplotlib", "bokeh", "jinja2", "ehsid.harness.report")
+@pytest.mark.parametrize(("room", "allowed"), [("base", ()), ("catalogue", ("base",))])
+def test_what_every_room_may_import_stands_by_itself(room: str, allowed: tuple[str, ...]) -> None:
+    names = {name for name in imported_below(HARNESS / room) if name.startswith("ehsid.")}
+    may = tuple(f"ehsid.{one}" for one in ("_core", *(f"harness.{name}" for name in allowed)))
+    assert not [name for name in names if not name.startswith((*may, f"ehsid.harness.{room}"))]
 
 
-SHOWING = ("api", "app", "gap/tables", "report", "studies")
+DRAWING = ("matplotlib", "bokeh", "jinja2", "ehsid.harness.show")
+
+SHOWING = ("api", "cli", "diagnosis", "hil", "lab", "show", "workbench")
 
 
-@pytest.mark.parametrize("room", [room for room in ROOMS if room not in SHOWING])
+@pytest.mark.parametrize("room", [room for room in ROOMS if room.split("/")[0] not in SHOWING])
 def test_computing_rooms_draw_nothing(room: str) -> None:
     names = imported_below(HARNESS / room)
-    if room == "deploy":  # its headers are made of templates
+    if room == "firmware":  # its headers are made of templates
         names -= {name for name in names if name.startswith("jinja2")}
     assert not [name for name in names if name.startswith(DRAWING)]
 
 
+@pytest.mark.parametrize(
+    "folder", [HARNESS / "diagnosis", *(PYTHON / "lab" / name for name in ("blind", "reality"))]
+)
+def test_diagnosis_and_blind_checks_draw_nothing(folder: Path) -> None:
+    assert not [name for name in imported_below(folder) if name.startswith(DRAWING)]
+
+
 def test_reality_never_imports_the_simulator() -> None:
-    folder = HARNESS / "validation" / "reality"
-    allowed = tuple(
-        f"ehsid.harness.{name}" for name in ("arrays", "files", "parallel", "validation.reality")
-    )
+    folder = PYTHON / "lab" / "reality"
+    base = ("arrays", "files", "parallel")
+    allowed = ("ehsid.lab.reality", *(f"ehsid.harness.base.{name}" for name in base))
     ours = {name for name in imported_below(folder) if name.startswith("ehsid")}
     assert ours
     assert not [name for name in ours if not name.startswith(allowed)]
 
 
 def test_tests_stand_where_what_they_test_does() -> None:
-    """Beside `core`, the compiled module, and `docs`, every folder is one of the harness."""
+    """Beside `core`, the compiled module, and `docs`, every folder is one of `python`."""
     here = Path(__file__).parent
     folders = {path.parent.relative_to(here).as_posix() for path in here.rglob("test_*.py")}
-    harness = {path.relative_to(HARNESS).as_posix() for path in HARNESS.rglob("*") if path.is_dir()}
-    assert folders - {".", "core", "docs"} <= harness
+    rooms = {
+        path.relative_to(root).as_posix()
+        for root in (HARNESS, PYTHON)
+        for path in root.rglob("*")
+        if path.is_dir()
+    }
+    assert folders - {".", "core", "docs"} <= rooms

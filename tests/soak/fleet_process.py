@@ -12,9 +12,9 @@ from typing import Any
 
 from check_runs import StandIn
 
-import ehsid.harness.gap
+import ehsid.harness.diagnosis
 from ehsid.harness.cli import cli
-from ehsid.harness.gap.schema import Diagnosis
+from ehsid.harness.diagnosis.schema import Diagnosis
 
 SECONDS = 0.5
 
@@ -32,5 +32,5 @@ class SameEachTime:
 
 if __name__ == "__main__":
     machines, out, count = sys.argv[1:]
-    ehsid.harness.gap.diagnose = SameEachTime()
+    ehsid.harness.diagnosis.diagnose = SameEachTime()
     cli(["gap-fleet", machines, "--out", out, "--workers", count])

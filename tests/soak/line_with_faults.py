@@ -26,18 +26,21 @@ from hil_firmware import HostDevice
 from hil_line import Seeded
 
 import ehsid
-from ehsid.harness.deploy.hil import Kind, Session, decode, open_line
-from ehsid.harness.deploy.hil.comparison import compare
-from ehsid.harness.deploy.hil.errors import BadFrame
-from ehsid.harness.deploy.hil.faults import TO_TARGET, Passing
-from ehsid.harness.deploy.hil.plan import Plan, position_plan
-from ehsid.harness.deploy.hil.recording import RECORD, Recording
-from ehsid.harness.deploy.hil.relay import Relay, relayed
-from ehsid.harness.deploy.hil.run import MOST_RESTARTS, run_plan
-from ehsid.harness.excitation import random_steps
 from ehsid.harness.rigs import read_rig
-from ehsid.harness.simulation import draw_noise, suggested_controller
-from ehsid.harness.simulation.outputs import OUTPUTS_OF
+from ehsid.harness.signals.excitation import random_steps
+from ehsid.harness.signals.simulation import draw_noise, suggested_controller
+from ehsid.harness.signals.simulation.outputs import OUTPUTS_OF
+from ehsid.hil.comparison import compare
+from ehsid.hil.errors import BadFrame
+from ehsid.hil.faults import TO_TARGET, Passing
+from ehsid.hil.frames import decode
+from ehsid.hil.messages import Kind
+from ehsid.hil.plan import Plan, position_plan
+from ehsid.hil.recording import RECORD, Recording
+from ehsid.hil.relay import Relay, relayed
+from ehsid.hil.run import MOST_RESTARTS, run_plan
+from ehsid.hil.session import Session
+from ehsid.hil.transport import open_line
 
 SAMPLES = 1_000_000
 OF_A_RUN = 10_000

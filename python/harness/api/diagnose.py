@@ -9,18 +9,19 @@ from contextlib import nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING, Unpack
 
-from .. import gap, records
+from .. import diagnosis as gap
+from .. import records
+from ..base.files import result_folder
+from ..base.parallel import workers as using
 from ..catalogue.channels import CHANNELS, POSITION, REQUIRED_COLUMNS
-from ..files import result_folder
-from ..gap.diagnosis_file import RESULT_FILES
-from ..gap.options import DiagnosisChoices, DiagnosisOptions
-from ..parallel import workers as using
+from ..diagnosis.diagnosis_file import RESULT_FILES
+from ..diagnosis.options import DiagnosisChoices, DiagnosisOptions
 from ..records import read_record
 from ..records.telling_apart import told_apart
-from ..report.gap_brief import brief_tables, told_reasons, told_remarks
-from ..report.gap_words import VERDICTS, plain_name
-from ..report.shares import percent
-from ..report.text_table import TextTable
+from ..show.gap_brief import brief_tables, told_reasons, told_remarks
+from ..show.gap_words import VERDICTS, plain_name
+from ..show.shares import percent
+from ..show.text_table import TextTable
 from .progress import progress_of
 from .read import Source, record_of
 from .record import Record
@@ -40,7 +41,7 @@ class Diagnosis(Shown):
     Attributes
     ----------
     result
-        `ehsid.harness.gap.Diagnosis`, all findings as typed data.
+        `ehsid.harness.diagnosis.Diagnosis`, all findings as typed data.
     records
         the records that it rests on.
     rig
@@ -77,7 +78,7 @@ class Diagnosis(Shown):
         ValueError
             nothing was simulated, because the data are insufficient.
         """
-        from ..report.run_figure import run_figure
+        from ..show.run_figure import run_figure
 
         if not self.result.runs:
             raise ValueError(
@@ -94,7 +95,7 @@ class Diagnosis(Shown):
         ValueError
             the folder cannot be written to, or has files of these names that ehsid did not write.
         """
-        from ..report.diagnosis_files import write_diagnosis
+        from ..show.diagnosis_files import write_diagnosis
 
         out = Path(folder)
         used = [record.result for record in self.records]
@@ -106,7 +107,7 @@ class Diagnosis(Shown):
 
     def to_polars(self) -> pl.DataFrame:
         """Returns the held-out samples with their simulations, as in simulation.csv."""
-        from ..report.diagnosis_files import simulation_table
+        from ..show.diagnosis_files import simulation_table
 
         return simulation_table(self.result.runs)
 

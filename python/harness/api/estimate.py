@@ -13,24 +13,19 @@ import numpy.typing as npt
 
 import ehsid
 
-from .. import estimation
+from ..base.files import result_folder
 from ..catalogue.policies import POLICIES
-from ..estimation import EstimationResult
-from ..estimation.advice import Advice, advise
-from ..estimation.recursion import START_VARIANCE, Recursion
-from ..estimation.servo import ServoPath
-from ..estimation.words import advice_words, state_words
-from ..files import result_folder
-from ..identification import ArxOrders
+from ..models import estimation
+from ..models.estimation import EstimationResult
+from ..models.estimation.advice import Advice, advise
+from ..models.estimation.recursion import START_VARIANCE, Recursion
+from ..models.estimation.servo import ServoPath
+from ..models.estimation.words import advice_words, state_words
+from ..models.identification import ArxOrders
 from ..records.errors import nearest_name
-from ..report.model_file_names import ESTIMATION_FILES
-from ..report.model_tables import (
-    estimation_lines,
-    parameter_table,
-    servo_lines,
-    servo_table,
-)
-from ..report.text_table import TextTable
+from ..show.model_file_names import ESTIMATION_FILES
+from ..show.model_tables import estimation_lines, parameter_table, servo_lines, servo_table
+from ..show.text_table import TextTable
 from .frames import Tabular, time_column
 from .read import Source
 from .shown import Shown
@@ -48,7 +43,7 @@ class Estimation(Shown, Tabular):
     Attributes
     ----------
     result
-        `ehsid.harness.estimation.EstimationResult`.
+        `ehsid.harness.models.estimation.EstimationResult`.
     signals
         input and output that it was made of.
     """
@@ -94,13 +89,13 @@ class Estimation(Shown, Tabular):
 
         Its dt is the sampling time in seconds, or True without one. The constant term is left out.
         """
-        from ..identification.systems import arx_system
+        from ..models.identification.systems import arx_system
 
         return arx_system(self.result.orders, self.result.theta, self.signals.data.dt_s)
 
     def plot(self) -> Figure:
         """Returns a figure: K, the parameters with 95 % bands, lambda and the innovation."""
-        from ..report.model_figures import estimation_figure
+        from ..show.model_figures import estimation_figure
 
         figure = estimation_figure(self.result, self.signals.data.dt_s)
         label = f"innovation of\n{self.signals.output_label}"
@@ -115,7 +110,7 @@ class Estimation(Shown, Tabular):
         ValueError
             the folder cannot be written to, or has files of these names that ehsid did not write.
         """
-        from ..report.model_files import write_estimation
+        from ..show.model_files import write_estimation
 
         out, signals = Path(folder), self.signals
         with (

@@ -10,16 +10,16 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy.typing as npt
 
-from .. import identification
-from ..files import result_folder
-from ..identification import IdentificationResult
-from ..identification.criteria import simulation_words
-from ..identification.search_range import MOST_DELAY, MOST_ORDER, parse_range
-from ..identification.selection import DEFAULT_DELAYS, DEFAULT_ORDERS
-from ..report.dynamics_tables import model_table, root_table, servo_lines
-from ..report.model_file_names import IDENTIFICATION_FILES
-from ..report.model_tables import candidate_table, identification_lines
-from ..report.text_table import TextTable
+from ..base.files import result_folder
+from ..models import identification
+from ..models.identification import IdentificationResult
+from ..models.identification.criteria import simulation_words
+from ..models.identification.search_range import MOST_DELAY, MOST_ORDER, parse_range
+from ..models.identification.selection import DEFAULT_DELAYS, DEFAULT_ORDERS
+from ..show.dynamics_tables import model_table, root_table, servo_lines
+from ..show.model_file_names import IDENTIFICATION_FILES
+from ..show.model_tables import candidate_table, identification_lines
+from ..show.text_table import TextTable
 from .frames import Tabular, time_column
 from .read import Source
 from .shown import Shown
@@ -39,7 +39,7 @@ class Identification(Shown, Tabular):
     Attributes
     ----------
     result
-        `ehsid.harness.identification.IdentificationResult`.
+        `ehsid.harness.models.identification.IdentificationResult`.
     signals
         input and output that it was made of.
     """
@@ -59,13 +59,13 @@ class Identification(Shown, Tabular):
 
         Its dt is the sampling time in seconds, or True without one. The constant term is left out.
         """
-        from ..identification.systems import to_control
+        from ..models.identification.systems import to_control
 
         return to_control(self.result.chosen.model, self.result.dt_s)
 
     def plot(self) -> Figure:
         """Returns a figure: measured and simulated output, and both tests of the residuals."""
-        from ..report.model_figures import identification_figure
+        from ..show.model_figures import identification_figure
 
         figure = identification_figure(self.result)
         figure.axes[0].set_ylabel(self.signals.output_label, parse_math=False)
@@ -79,7 +79,7 @@ class Identification(Shown, Tabular):
         ValueError
             the folder cannot be written to, or has files of these names that ehsid did not write.
         """
-        from ..report.model_files import write_identification
+        from ..show.model_files import write_identification
 
         out, inputs = Path(folder), self.signals.inputs
         with in_python(), result_folder(out, "identify", IDENTIFICATION_FILES, inputs) as new:

@@ -7,8 +7,8 @@ import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
-from ..text import printable
-from ..time_to_go import TimeToGo, in_words
+from ..base.text import printable
+from ..base.time_to_go import TimeToGo, in_words
 from .wording import LOGGER
 
 LINE_EVERY_S = 10.0

@@ -9,13 +9,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from .. import records
-from ..arrays import FloatArray
+from ..base.arrays import FloatArray
+from ..base.files import result_files
 from ..catalogue.channels import CHANNELS
-from ..files import result_files
 from ..records.formats import format_of
 from ..records.origin import unit_of
 from ..records.writing import record_bytes
-from ..report.text_table import TextTable
+from ..show.text_table import TextTable
 from .frames import Tabular
 from .shown import Shown
 from .wording import in_python, in_python_words
@@ -82,7 +82,7 @@ class Record(Shown, Tabular):
 
     def plot(self) -> Figure:
         """Returns a figure of the channels over time; of a record without any, its columns."""
-        from ..report.record_figure import record_figure
+        from ..show.record_figure import record_figure
 
         return record_figure(self.result)
 

@@ -10,13 +10,13 @@ from pathlib import Path
 from typing import Literal, SupportsFloat
 
 from .. import rigs
-from ..files import result_files, write_text
-from ..report.text_table import TextTable
+from ..base.files import result_files, write_text
 from ..rigs import parse_rig, read_rig, rig_text
 from ..rigs.answers import answered, read_answer, rig_file_text
 from ..rigs.checks import unknown
 from ..rigs.new import shown
 from ..rigs.questions import QUESTIONS, Question
+from ..show.text_table import TextTable
 from .shown import Shown
 from .wording import in_python
 

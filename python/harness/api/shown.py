@@ -7,8 +7,8 @@ from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from html import escape
 
-from ..report.text_table import TextTable
-from ..text import printable
+from ..base.text import printable
+from ..show.text_table import TextTable
 
 
 class Shown(ABC):

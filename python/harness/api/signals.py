@@ -13,10 +13,10 @@ from typing import Any, cast
 import numpy as np
 import numpy.typing as npt
 
+from ..base.text import printable
 from ..catalogue.channels import CHANNELS, TIME
-from ..identification import IoData
+from ..models.identification import IoData
 from ..records import Origin, read_record
-from ..text import printable
 from .read import Source, record_of
 from .wording import log_reading
 

@@ -11,19 +11,20 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
-from .. import records, simulation
-from ..arrays import FloatArray
+from .. import records
+from ..base.arrays import FloatArray
+from ..base.files import result_files
 from ..catalogue.channels import COMMAND, REQUIRED_COLUMNS
-from ..excitation.named import SIGNALS
-from ..files import result_files
 from ..records import read_record
 from ..records.formats import format_of
 from ..records.writing import record_bytes
-from ..report.model_tables import run_table
-from ..report.text_table import TextTable
-from ..simulation import SimulationRun, draw_noise
-from ..simulation.logged_command import logged_command
-from ..simulation.signal_options import SignalOptions, as_command, check_start
+from ..show.model_tables import run_table
+from ..show.text_table import TextTable
+from ..signals import simulation
+from ..signals.excitation.named import SIGNALS
+from ..signals.simulation import SimulationRun, draw_noise
+from ..signals.simulation.logged_command import logged_command
+from ..signals.simulation.signal_options import SignalOptions, as_command, check_start
 from .frames import Tabular
 from .read import record_of
 from .record import Record
@@ -44,7 +45,7 @@ class Simulation(Shown, Tabular):
     Attributes
     ----------
     result
-        `ehsid.harness.simulation.SimulationRun`.
+        `ehsid.harness.signals.simulation.SimulationRun`.
     rig
         the rig that was simulated.
     """
@@ -76,7 +77,7 @@ class Simulation(Shown, Tabular):
             the ending is unknown, the file cannot be written, or there is one that ehsid did not
             write.
         """
-        from ..report.plotting import write_figure
+        from ..show.plotting import write_figure
 
         out = Path(path)
         picture = out.with_suffix(".png").name

@@ -15,15 +15,11 @@ import typer
 import ehsid
 
 from .help_text import examples_text
-from .lazy import Verb, lazy_group
+from .lazy import Verb, lazy_group, verbs_of_guests
 from .many_values import ManyValues
 from .verbosity import Quiet, Verbose
 
 VERBS = (
-    Verb(
-        "app",
-        "Open the workbench in the browser: from a log to the diagnosis, on this machine only.",
-    ),
     Verb("import", "Read a log of any kind, say what was taken for what, and keep it as a record."),
     Verb("estimate", "Estimate a servo and its ARX model, with the code the firmware runs."),
     Verb(
@@ -40,25 +36,14 @@ VERBS = (
         "Put an effect of known size into the log of a real machine, to see whether it is found.",
     ),
     Verb(
-        "gap-check",
-        "Check the diagnosis on machines whose effect is withheld: make, seal, run, score.",
-    ),
-    Verb(
-        "gap-calibrate",
-        "Check on machines with known causes whether the probabilities are meant.",
-        ManyValues,
-    ),
-    Verb(
         "gap-fleet",
         "Diagnose a folder of machines: whose gap is largest, and which of them share one.",
         ManyValues,
     ),
-    Verb("experiment", "Redo the published experiment end to end, and say where its claims hold."),
     Verb(
         "export",
         "Write a C++ or C header that starts the firmware's estimator from a model of a record.",
     ),
-    Verb("hil", "Simulate the servo here, control it and estimate it on the target, in lock step."),
     Verb("simulate", "Simulate a rig on a logged command or on a test signal."),
     Verb("rig new", "Write a rig file from what is known of a machine, and fill in the rest."),
     Verb(
@@ -69,6 +54,7 @@ VERBS = (
         "effects",
         "List the effects the simulator knows: where they act, their parameters, what shows them.",
     ),
+    *verbs_of_guests(),
 )
 
 GROUPS = {"rig": "Describe a machine in a rig file (new), and check it against records (check)."}

@@ -7,8 +7,8 @@ from collections.abc import Iterable, Iterator
 
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TimeElapsedColumn
 
-from ..time_to_go import TimeToGo, in_words
-from ..validation.jobs import Outcome
+from ..base.time_to_go import TimeToGo, in_words
+from ..diagnosis.job import Outcome
 from .console import Console, PlainColumn
 
 

@@ -11,11 +11,11 @@ from typing import TYPE_CHECKING, Any, Literal, NoReturn
 import typer
 from rich.table import Table
 
-from ..error_words import error_words
-from ..text import printable
+from ..base.error_words import error_words
+from ..base.text import printable
 
 if TYPE_CHECKING:
-    from ..report.text_table import TextTable
+    from ..show.text_table import TextTable
 
 
 def refuse(message: str) -> NoReturn:

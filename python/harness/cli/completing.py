@@ -13,7 +13,7 @@ def effect_ids(incomplete: str) -> list[str]:
 
 def injected_effects(incomplete: str) -> list[str]:
     """Returns the effects that can be injected into a log and begin so."""
-    from ..simulation.injection.effects import COMMAND, POSITION
+    from ..signals.injection.effects import COMMAND, POSITION
 
     return [effect for effect in (*COMMAND, *POSITION) if effect.startswith(incomplete)]
 
@@ -30,7 +30,7 @@ def verdicts(incomplete: str) -> list[str]:
     """Returns the verdicts, the last of several with commas between them."""
     import typing
 
-    from ..gap.schema import Verdict
+    from ..diagnosis.schema import Verdict
 
     before, comma, last = incomplete.rpartition(",")
     words = [*typing.get_args(Verdict), "any"]

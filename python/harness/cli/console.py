@@ -14,7 +14,7 @@ import rich.console
 from rich.progress import TextColumn
 from rich.text import Text
 
-from ..text import printable
+from ..base.text import printable
 
 _STATE = {"quiet": False}
 

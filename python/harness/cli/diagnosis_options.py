@@ -14,7 +14,7 @@ import typer
 from .completing import effect_ids
 
 if TYPE_CHECKING:
-    from ..gap.options import DiagnosisOptions
+    from ..diagnosis.options import DiagnosisOptions
 
 ExcludedEffects = Annotated[
     list[str] | None,
@@ -34,7 +34,7 @@ def diagnosis_options(exclude_effect: ExcludedEffects = None) -> DiagnosisOption
     ValueError
         an option cannot be used.
     """
-    from ..gap.options import DiagnosisOptions
+    from ..diagnosis.options import DiagnosisOptions
 
     return DiagnosisOptions(exclude_effect or ())
 

@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from ..files import result_folder
-from ..report.model_file_names import ESTIMATION_FILES
+from ..base.files import result_folder
+from ..show.model_file_names import ESTIMATION_FILES
 from .common import about, shown_table
 from .console import Console
 from .log_options import Maps, SamplingTime, hints_of, read_io
@@ -28,16 +28,10 @@ from .options import (
     PastOutputs,
     Reset,
 )
-from .policy_option import (
-    Lambda0,
-    PolicyName,
-    PolicySettings,
-    make_policy,
-    policy_words,
-)
+from .policy_option import Lambda0, PolicyName, PolicySettings, make_policy, policy_words
 
 if TYPE_CHECKING:
-    from ..estimation import Recursion
+    from ..models.estimation import Recursion
     from ..records import Hints
 
 
@@ -113,9 +107,9 @@ def estimate_command(
     """
     import ehsid
 
-    from ..estimation import Recursion
-    from ..identification import ArxOrders
-    from ..parallel import single_threaded_algebra
+    from ..base.parallel import single_threaded_algebra
+    from ..models.estimation import Recursion
+    from ..models.identification import ArxOrders
     from .estimate_folder import estimate_folder, is_folder_of_records
 
     hints = hints_of(maps, sampling_time)
@@ -147,17 +141,12 @@ def _estimate_record(
     as_json: bool,
 ) -> None:
     """Estimates one record; `policy` is the forgetting as options of the export, None without."""
-    from ..encoding import to_plain
-    from ..estimation import estimate
-    from ..estimation.advice import advise
-    from ..estimation.words import advice_words
+    from ..base.encoding import to_plain
+    from ..models.estimation import estimate
+    from ..models.estimation.advice import advise
+    from ..models.estimation.words import advice_words
     from ..records.origin import with_reading
-    from ..report.model_tables import (
-        estimation_lines,
-        parameter_table,
-        servo_lines,
-        servo_table,
-    )
+    from ..show.model_tables import estimation_lines, parameter_table, servo_lines, servo_table
 
     record = given.record
     with (
@@ -174,7 +163,7 @@ def _estimate_record(
             reset = [] if recursion.reset else ["--no-reset"]
             following = export_line(given, recursion.orders, [*policy, *reset])
         if folder is not None:
-            from ..report.model_files import write_estimation
+            from ..show.model_files import write_estimation
 
             write_estimation(folder, result, data.dt_s, origin, advice)
     if as_json:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import typer
 
-from ..files import result_folder
+from ..base.files import result_folder
 from .common import make_table, refuse
 from .console import Console, note
 from .log_options import check_signals, show_origin
@@ -18,9 +18,9 @@ from .progress import progress_of
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from ..estimation import Estimates, Recursion
-    from ..estimation.spread import Named
-    from ..identification import IoData
+    from ..models.estimation import Estimates, Recursion
+    from ..models.estimation.spread import Named
+    from ..models.identification import IoData
     from ..records import Hints, Origin
 
 # Records that are in memory at once, and run side by side: as many as the widest registers take.
@@ -49,7 +49,7 @@ def estimate_folder(
     """
     from ..records import RecordError
     from ..records.formats import FOLDER_ENDINGS, records_in
-    from ..report.estimates_page import FILES, write_estimates
+    from ..show.estimates_page import FILES, write_estimates
 
     check_signals(*signals)
     recursion.estimator()  # Settings that do not fit each other are refused once, not by each file.
@@ -72,7 +72,7 @@ def estimate_folder(
         if made is not None:
             write_estimates(found, made)
     if as_json:
-        from ..encoding import json_text
+        from ..base.encoding import json_text
 
         typer.echo(json_text(found), nl=False)
         return
@@ -85,7 +85,7 @@ def _estimates(
     files: Sequence[Path], signals: tuple[str, str], recursion: Recursion, hints: Hints
 ) -> Estimates:
     """Returns the estimates of all files that can be used; ends the program if none can."""
-    from ..estimation import compare
+    from ..models.estimation import compare
 
     named: list[Named] = []
     failed: dict[str, str] = {}
@@ -112,9 +112,9 @@ def _batch(
     origins: list[tuple[str, Origin]],
 ) -> list[Named]:
     """Estimates these files; adds messages and what was taken for what in logs, by name."""
-    from ..estimation import estimate_all
-    from ..estimation.spread import Named
-    from ..identification import IdentificationError, IoData
+    from ..models.estimation import estimate_all
+    from ..models.estimation.spread import Named
+    from ..models.identification import IdentificationError, IoData
     from ..records import read_record
 
     data: dict[Path, IoData] = {}
@@ -152,11 +152,7 @@ def _show_origins(origins: Sequence[tuple[str, Origin]]) -> None:
 
 
 def _print(found: Estimates, console: Console) -> None:
-    from ..report.estimates_page import (
-        COEFFICIENT_HEADINGS,
-        coefficient_rows,
-        estimates_lead,
-    )
+    from ..show.estimates_page import COEFFICIENT_HEADINGS, coefficient_rows, estimates_lead
 
     for sentence in estimates_lead(found):
         console.print(sentence)

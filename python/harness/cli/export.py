@@ -9,29 +9,23 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from ..base.files import result_files, write_text
 from ..catalogue.policies import POLICIES
-from ..files import result_files, write_text
 from .common import about
 from .console import Console, note
 from .log_options import Maps, SamplingTime, hints_of, read_io
 from .next_command import Given, estimate_line
 from .options import InputColumn, Offset, OutputColumn, RecordFile, Reset
-from .policy_option import (
-    Lambda0,
-    PolicyName,
-    PolicySettings,
-    make_policy,
-    read_settings,
-)
+from .policy_option import Lambda0, PolicyName, PolicySettings, make_policy, read_settings
 
 if TYPE_CHECKING:
-    from ..identification import ArxOrders, IoData
+    from ..models.identification import ArxOrders, IoData
 
 
 def _orders(data: IoData, given: tuple[int | None, ...], choose: bool, offset: bool) -> ArxOrders:
     """Returns the given orders (default 3, 3, 1) or those that offline identification chooses."""
-    from ..deploy.export import chosen_orders
-    from ..identification import ArxOrders
+    from ..firmware import chosen_orders
+    from ..models.identification import ArxOrders
 
     if choose:
         return chosen_orders(data, offset=offset)
@@ -107,12 +101,7 @@ def export_command(
     Example: ehsid export rec.csv --na 3 --nb 3 --nk 1 --out servo_configuration.hpp
     Example: ehsid export rec.csv --servo --out servo_configuration.hpp
     """
-    from ..deploy.export import (
-        FILE_NAMES,
-        check_name,
-        header_of_record,
-        servo_header_of_record,
-    )
+    from ..firmware import FILE_NAMES, check_name, header_of_record, servo_header_of_record
 
     check_name(name)
     path = out or Path(FILE_NAMES[c])

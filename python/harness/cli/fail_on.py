@@ -36,7 +36,7 @@ def failing_verdicts(text: str | None) -> frozenset[str]:
     """
     if text is None:
         return frozenset()
-    from ..gap.schema import Verdict
+    from ..diagnosis.schema import Verdict
     from ..records.errors import nearest_name
 
     known: tuple[str, ...] = typing.get_args(Verdict)

@@ -11,9 +11,9 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from ..base.files import result_folder
+from ..base.parallel import workers as using
 from ..catalogue.channels import CHANNELS, POSITION, REQUIRED_COLUMNS
-from ..files import result_folder
-from ..parallel import workers as using
 from ..records import NO_HINTS, Hints, Record
 from ..records.telling_apart import told_apart
 from ..rigs import Rig, read_rig
@@ -26,7 +26,7 @@ from .progress import progress_of
 from .workers import Workers
 
 if TYPE_CHECKING:
-    from ..gap.options import DiagnosisOptions
+    from ..diagnosis.options import DiagnosisOptions
 
 NEEDED_COLUMNS = (*REQUIRED_COLUMNS, POSITION)
 
@@ -72,9 +72,9 @@ def gap_command(
 
     ehsid gap run1.csv --rig rig.toml --out diagnosis --fail-on effects,ambiguous
     """
-    from ..gap import STAGES, diagnose
-    from ..gap.data.gate import how_read
-    from ..gap.diagnosis_file import RESULT_FILES
+    from ..diagnosis import STAGES, diagnose
+    from ..diagnosis.data.gate import how_read
+    from ..diagnosis.diagnosis_file import RESULT_FILES
     from .gap_summary import print_diagnosis
 
     failing = failing_verdicts(fail_on)
@@ -86,7 +86,7 @@ def gap_command(
         # How a log was read is shown above, as a table.
         told = [remark for record in named for remark in how_read(record)]
         # The libraries that draw the page take a second to import, which fits beside the diagnosis.
-        Thread(target=import_module, args=("ehsid.harness.report.diagnosis_files",)).start()
+        Thread(target=import_module, args=("ehsid.harness.show.diagnosis_files",)).start()
         with progress_of(f"diagnosing {rig.name}") as progress, using(workers):
             diagnosis = diagnose(
                 named[: len(fitted)],
@@ -97,7 +97,7 @@ def gap_command(
                 begun=lambda stage: progress.stage(STAGES[stage]),
             )
             progress.stage("writing the report")
-        from ..report.diagnosis_files import write_diagnosis
+        from ..show.diagnosis_files import write_diagnosis
 
         write_diagnosis(folder, diagnosis, named, str(rig_file))
     if as_json:

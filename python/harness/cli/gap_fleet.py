@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from ..files import check_result_folder, result_folder
+from ..base.files import check_result_folder, result_folder
 from ..records import NO_HINTS, Hints
 from ..records.telling_apart import told_apart
 from ..rigs import read_rig
@@ -26,9 +26,9 @@ from .options import AsJson
 from .workers import Dask, Workers, on
 
 if TYPE_CHECKING:
-    from ..gap.options import DiagnosisOptions
-    from ..validation.fleet.ranking import Fleet
-    from ..validation.jobs import Job
+    from ..diagnosis.job import Job
+    from ..diagnosis.options import DiagnosisOptions
+    from ..fleet.ranking import Fleet
 
 MOST_LINES = 20
 LOGGER = logging.getLogger("ehsid")
@@ -44,8 +44,8 @@ def read_machine(folder: Path, hints: Hints = NO_HINTS) -> Job:
     ValueError, OSError
         a file is missing or cannot be used.
     """
-    from ..validation.fleet.running import RIG, record_files
-    from ..validation.jobs import Job
+    from ..diagnosis.job import Job
+    from ..fleet.running import RIG, record_files
 
     fitted, held_out = record_files(folder)
     rig = read_rig(folder / RIG)
@@ -68,9 +68,9 @@ def check_results(folder: Path, out: Path, machines: Sequence[Path]) -> None:
         `out` or the place of a result lies in `folder`, where the next run would take it for a
         machine or a record; or a file that is not of an earlier result is in the way.
     """
-    from ..gap.diagnosis_file import RESULT_FILES
-    from ..validation.fleet.running import INPUTS
-    from ..validation.jobs import ERROR, RESULT
+    from ..diagnosis.diagnosis_file import RESULT_FILES
+    from ..diagnosis.job import ERROR, RESULT
+    from ..fleet.running import INPUTS
 
     for place in (out, *(out / machine.name for machine in machines)):
         if place.resolve().is_relative_to(folder.resolve()):
@@ -108,15 +108,11 @@ def gap_fleet_command(
 
     ehsid gap-fleet machines --out results --fail-on any --quiet
     """
-    from ..gap import diagnose
-    from ..report.diagnosis_files import write_diagnosis
-    from ..report.fleet_page import FILES, write_fleet
-    from ..validation.fleet.ranking import read_fleet
-    from ..validation.fleet.running import (
-        machine_folders,
-        run_fleet,
-        unfinished_machines,
-    )
+    from ..diagnosis import diagnose
+    from ..fleet.ranking import read_fleet
+    from ..fleet.running import machine_folders, run_fleet, unfinished_machines
+    from ..show.diagnosis_files import write_diagnosis
+    from ..show.fleet_page import FILES, write_fleet
     from .case_progress import shown
 
     failing = failing_verdicts(fail_on)
@@ -170,8 +166,8 @@ def _found(fleet: Fleet, failing: frozenset[str]) -> list[str]:
 
 
 def _print(fleet: Fleet, page: Path, console: Console) -> None:
-    from ..report.fleet_page import fleet_lead, verdict_text
-    from ..report.shares import percent
+    from ..show.fleet_page import fleet_lead, verdict_text
+    from ..show.shares import percent
 
     for sentence in fleet_lead(fleet):
         console.print(sentence)

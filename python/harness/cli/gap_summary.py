@@ -6,10 +6,10 @@ from __future__ import annotations
 from collections.abc import Collection
 from pathlib import Path
 
-from ..gap.schema import Diagnosis, Remark
-from ..report.gap_brief import brief_tables, told_reasons, told_remarks
-from ..report.gap_words import VERDICTS, effect_set, plain_name
-from ..report.shares import percent
+from ..diagnosis.schema import Diagnosis, Remark
+from ..show.gap_brief import brief_tables, told_reasons, told_remarks
+from ..show.gap_words import VERDICTS, effect_set, plain_name
+from ..show.shares import percent
 from .common import shown_table
 from .console import Console, print_points
 

@@ -10,8 +10,8 @@ from typing import Annotated
 
 import typer
 
-from ..files import result_folder
-from ..report.model_file_names import IDENTIFICATION_FILES
+from ..base.files import result_folder
+from ..show.model_file_names import IDENTIFICATION_FILES
 from .common import about, shown_table
 from .console import Console
 from .log_options import Maps, SamplingTime, hints_of, read_io
@@ -38,11 +38,11 @@ def identify_command(
 
     ehsid identify log.mf4 --map "command_v=Valve" --map "position_m=Stroke \[mm]"
     """
-    from ..identification import identify
-    from ..identification.search_range import MOST_DELAY, MOST_ORDER, parse_range
+    from ..models.identification import identify
+    from ..models.identification.search_range import MOST_DELAY, MOST_ORDER, parse_range
     from ..records.origin import with_reading
-    from ..report.dynamics_tables import model_table, root_table, servo_lines
-    from ..report.model_tables import candidate_table, identification_lines
+    from ..show.dynamics_tables import model_table, root_table, servo_lines
+    from ..show.model_tables import candidate_table, identification_lines
 
     with (
         nullcontext()
@@ -59,7 +59,7 @@ def identify_command(
         following = estimate_line(given, result.chosen.orders)
         lines = identification_lines(result)
         if folder is not None:
-            from ..report.model_files import write_identification
+            from ..show.model_files import write_identification
 
             lines.append(write_identification(folder, result, data, origin))
     if as_json:

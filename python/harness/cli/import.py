@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from ..files import result_files
+from ..base.files import result_files
 from .console import Console
 from .log_options import Maps, SamplingTime, hints_of, show_origin
 from .options import AsJson, RecordFile

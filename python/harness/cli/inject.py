@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from ..files import result_files
+from ..base.files import result_files
 from .common import check_ending
 from .completing import injected_effects
 from .console import Console
@@ -16,11 +16,11 @@ from .log_options import Maps, SamplingTime, hints_of, read_shown
 from .options import RECORD_HELP, AsJson
 
 if TYPE_CHECKING:
-    from ..simulation.injection import Answer
+    from ..signals.injection import Answer
 
 
 def _print(answer: Answer, out: Path, console: Console) -> None:
-    from ..simulation.injection import answer_path
+    from ..signals.injection import answer_path
 
     for effect, sizes in answer.put_in.items():
         text = ", ".join(f"{name} {value:g}" for name, value in sizes.items())
@@ -70,7 +70,7 @@ def inject_command(
     """
     from ..catalogue.channels import POSITION, REQUIRED_COLUMNS
     from ..rigs import read_rig
-    from ..simulation.injection import answer_path, inject, write_injected
+    from ..signals.injection import answer_path, inject, write_injected
     from .inject_sizes import parse_sizes
 
     check_ending(out)

@@ -7,7 +7,7 @@ import math
 from collections.abc import Sequence
 
 from ..records.errors import nearest_name
-from ..simulation.injection import InjectError, injectable
+from ..signals.injection import InjectError, injectable
 
 
 def parse_sizes(

@@ -4,18 +4,21 @@
 from __future__ import annotations
 
 import importlib
+import importlib.util
 import logging
 import traceback
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
+from functools import wraps
+from importlib.metadata import entry_points
 from typing import Any
 
 import typer
 from typer.core import TyperCommand, TyperGroup
 
-from ..error_words import error_words, fault_words
-from ..text import printable
+from ..base.error_words import error_words, fault_words, install_line
+from ..base.text import printable
 from .common import refuse
 from .help_text import examples_text, help_text
 from .usage import UsageError, usage_message
@@ -26,7 +29,7 @@ from .verbosity import LOGGER, with_verbosity
 class Verb:
     """Entry of the overview for a command whose module is not imported yet.
 
-    The command `gap-check` is the function `gap_check_command` of `ehsid.harness.cli.gap_check`,
+    The command `gap-check` is the function `gap_check_command` of `ehsid.lab.cli.gap_check`,
     and `rig new` is `rig_new_command` of `ehsid.harness.cli.rig_new`.
 
     Attributes
@@ -37,11 +40,20 @@ class Verb:
         first line of the docstring of the function; a test compares the two.
     command_class
         class of the command.
+    package
+        package of its module.
+    needs
+        module of another project that it cannot work without, or "" where it has all it needs.
+    extra
+        extra of ehsid that installs what it needs.
     """
 
     name: str
     summary: str
     command_class: type[TyperCommand] = TyperCommand
+    package: str = "ehsid.harness.cli"
+    needs: str = ""
+    extra: str = ""
 
     @property
     def stem(self) -> str:
@@ -56,7 +68,7 @@ class Verb:
     def function(self) -> Callable[..., Any]:
         """Imports the module and returns the function of the command."""
         stem = self.stem
-        module = importlib.import_module(f"ehsid.harness.cli.{stem}")
+        module = importlib.import_module(f"{self.package}.{stem}")
         function: Callable[..., Any] = getattr(module, f"{stem}_command")
         return function
 
@@ -65,8 +77,31 @@ class Verb:
         app = typer.Typer(add_completion=False)
         function = self.function()
         decorate = app.command(self.last_name, cls=self.command_class, help=help_text(function))
-        decorate(errors_as_messages()(with_verbosity(function)))
+        decorate(errors_as_messages()(with_verbosity(self._where_installed(function))))
         return typer.main.get_command(app)
+
+    def _where_installed(self, function: Callable[..., Any]) -> Callable[..., Any]:
+        """Returns the function with a check in front: its help is there without what it needs."""
+
+        @wraps(function)
+        def checked(*arguments: Any, **options: Any) -> Any:
+            if self.needs and importlib.util.find_spec(self.needs) is None:
+                refuse(
+                    f"'ehsid {self.name}' needs the package '{self.needs}', which is not "
+                    f"installed; install it with: {install_line(self.extra)}"
+                )
+            return function(*arguments, **options)
+
+        return checked
+
+
+def verbs_of_guests() -> tuple[Verb, ...]:
+    """Returns the verbs that packages outside of the product offer.
+
+    Each names its tuple of verbs as an entry point of the group `ehsid.verbs`.
+    """
+    offers = sorted(entry_points(group="ehsid.verbs"), key=lambda offer: offer.name)
+    return tuple(verb for offer in offers for verb in offer.load())
 
 
 @contextmanager

@@ -15,7 +15,7 @@ from .common import make_table
 from .console import Console
 
 if TYPE_CHECKING:
-    from ..identification import IoData
+    from ..models.identification import IoData
     from ..records import Hints, Layout, Record
     from ..records.origin import Origin
 
@@ -119,7 +119,7 @@ def read_io(
         the two options name the same column, or the time; or the record has a problem.
     """
     from ..catalogue.channels import CHANNELS
-    from ..identification import IoData
+    from ..models.identification import IoData
     from ..records.errors import MisnamedColumnError
 
     check_signals(input_name, output_name)

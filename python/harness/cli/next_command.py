@@ -14,7 +14,7 @@ from ..catalogue.channels import COMMAND, POSITION
 from .console import Console, print_points
 
 if TYPE_CHECKING:
-    from ..identification import ArxOrders
+    from ..models.identification import ArxOrders
 
 # Of the estimator that is compiled: see the options --na, --nb and --nk.
 MOST_ORDER, MOST_DELAY = 6, 20

@@ -13,7 +13,7 @@ from typing import Any
 from rich.progress import BarColumn, Progress, ProgressColumn, TaskID, TaskProgressColumn
 from rich.text import Text
 
-from ..time_to_go import TimeToGo, in_words
+from ..base.time_to_go import TimeToGo, in_words
 from .console import Console, PlainColumn
 
 QUICK_S = 2.0

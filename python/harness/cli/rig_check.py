@@ -13,14 +13,14 @@ import typer
 from rich.table import Table
 from rich.text import Text
 
-from ..encoding import to_plain
-from ..files import result_folder
+from ..base.encoding import to_plain
+from ..base.files import result_folder
 from .console import Console
 from .log_options import Maps, SamplingTime, hints_of, read_shown
 from .options import RECORD_HELP, AsJson
 
 if TYPE_CHECKING:
-    from ..rig_check import RecordCheck
+    from ..fitness import RecordCheck
 
 STYLES = {"fits": "green", "does not fit": "bold red", "cannot be told": "dim"}
 # More records than this have no reader.
@@ -66,9 +66,9 @@ def rig_check_command(
 
     Example: ehsid rig check rig.toml run1.csv run2.mf4 --out check
     """
-    from ..report.rig_check_files import files_of, pictures_of, write_rig_check
-    from ..rig_check import check_rig, rig_check_file
+    from ..fitness import check_rig, rig_check_file
     from ..rigs import read_rig
+    from ..show.rig_check_files import files_of, pictures_of, write_rig_check
 
     if len(records) > MOST_RECORDS:
         raise ValueError(f"{len(records)} records: expected at most {MOST_RECORDS}; name fewer")

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from ..files import result_files, write_text
+from ..base.files import result_files, write_text
 from ..rigs.questions import EXAMPLES, QUESTIONS, Question, help_of
 from .common import make_table, refuse
 from .console import Console

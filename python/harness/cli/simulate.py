@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from ..files import result_files
+from ..base.files import result_files
 from .common import check_ending, shown_table
 from .completing import effect_sizes
 from .console import Console
@@ -21,7 +21,7 @@ from .progress import progress_of
 
 if TYPE_CHECKING:
     from ..rigs import Rig
-    from ..simulation import PositionController
+    from ..signals.simulation import PositionController
 
 
 class LoopName(StrEnum):
@@ -33,7 +33,7 @@ class LoopName(StrEnum):
 
 
 def _controller(rig: Rig, loop: LoopName, bandwidth: float | None) -> PositionController:
-    from ..simulation import suggested_controller, with_integral
+    from ..signals.simulation import suggested_controller, with_integral
 
     controller = suggested_controller(rig, bandwidth)
     return with_integral(controller) if loop is LoopName.pi else controller
@@ -98,11 +98,11 @@ def simulate_command(
 
     from ..records import read_record
     from ..records.writing import record_bytes
-    from ..report.model_tables import run_table
     from ..rigs import read_rig
-    from ..simulation import draw_noise, parse_settings, simulate, simulate_closed_loop
-    from ..simulation.logged_command import logged_command
-    from ..simulation.signal_options import (
+    from ..show.model_tables import run_table
+    from ..signals.simulation import draw_noise, parse_settings, simulate, simulate_closed_loop
+    from ..signals.simulation.logged_command import logged_command
+    from ..signals.simulation.signal_options import (
         SignalOptions,
         as_command,
         as_reference,
@@ -164,8 +164,8 @@ def simulate_command(
                 assert volts is not None
                 run = simulate(rig, volts, dt_s=step, position0_m=position0, **settings)
         if out is not None and folder is not None:
-            from ..report.plotting import write_figure
-            from ..report.record_figure import record_figure
+            from ..show.plotting import write_figure
+            from ..show.record_figure import record_figure
 
             (folder / out.name).write_bytes(record_bytes(run.record, out.name))
             write_figure(folder / picture, record_figure(run.record))

@@ -17,7 +17,7 @@ from typing import Annotated, Any
 
 import typer
 
-from ..text import printable
+from ..base.text import printable
 from .console import set_quiet
 
 Verbose = Annotated[

@@ -9,8 +9,8 @@ from typing import Annotated
 
 import typer
 
-from ..parallel import on_cluster
-from ..parallel import workers as using
+from ..base.parallel import on_cluster
+from ..base.parallel import workers as using
 
 Workers = Annotated[int | None, typer.Option(min=1, help="processes; default: one for each core")]
 Dask = Annotated[

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from ..arrays import masked_count
+from ..base.arrays import masked_count
 from .errors import RecordError
 
 MIN_SAMPLES = 2

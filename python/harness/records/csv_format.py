@@ -12,12 +12,7 @@ import numpy as np
 import numpy.typing as npt
 import polars as pl
 
-from .csv_text import (
-    is_number,
-    plain_number_mend,
-    split_header,
-    unreadable_line,
-)
+from .csv_text import is_number, plain_number_mend, split_header, unreadable_line
 from .errors import RecordError
 
 FIRST_DATA_ROW = 2  # row 1 is the header

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from ..arrays import FloatArray, masked_count
+from ..base.arrays import FloatArray, masked_count
 from ..catalogue.channels import CHANNELS, COMMAND, POSITION, TIME
 from .checks import check_columns, without_useless
 from .errors import RecordError

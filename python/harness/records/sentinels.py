@@ -14,7 +14,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..arrays import FloatArray
+from ..base.arrays import FloatArray
 from ..catalogue.channels import CHANNELS, COMMAND, TIME
 
 # No quantity of a machine is so large; instruments say 9.9E37, and netCDF 9.96921e36.

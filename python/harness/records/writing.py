@@ -12,8 +12,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from ..base.files import replacing
 from ..catalogue.channels import TIME
-from ..files import replacing
 from .errors import RecordError
 from .formats import Format, format_of
 from .record import Record

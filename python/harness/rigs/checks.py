@@ -12,13 +12,7 @@ import ehsid
 
 from ..catalogue.channels import CHANNELS
 from ..catalogue.keys import ParameterKey
-from ..catalogue.parameters import (
-    acts_on,
-    belongs_to,
-    effects,
-    names_of,
-    plant_parameters,
-)
+from ..catalogue.parameters import acts_on, belongs_to, effects, names_of, plant_parameters
 from ..records.errors import nearest_name
 
 HIDDEN_SPOOL = "nuisance.spool_bandwidth_hz"

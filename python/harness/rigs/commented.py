@@ -7,8 +7,8 @@ from collections.abc import Sequence
 
 import tomli_w
 
+from ..base.text import printable
 from ..catalogue.parameters import plant_parameters
-from ..text import printable
 from .new import Entry
 
 WIDTH = 43

@@ -10,11 +10,7 @@ from typing import Any, cast
 
 from ..catalogue.channels import CHANNELS
 from ..catalogue.keys import effect_values
-from ..catalogue.parameters import (
-    PLANTS,
-    effects,
-    parameter_keys,
-)
+from ..catalogue.parameters import PLANTS, effects, parameter_keys
 from ..records import ColumnMap
 from ..records.errors import nearest_name
 from ..records.layout import is_convertible, usual_units

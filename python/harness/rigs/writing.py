@@ -9,7 +9,7 @@ from typing import Any
 
 import tomli_w
 
-from ..files import write_text
+from ..base.files import write_text
 from .errors import RigError
 from .rig import Rig
 

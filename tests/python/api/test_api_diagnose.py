@@ -10,18 +10,18 @@ from diagnosis_stand_in import FakeDiagnose
 from made_diagnoses import bench, made_diagnosis, measured_record
 
 import ehsid
-from ehsid.harness import gap
-from ehsid.harness.gap.options import DiagnosisOptions
-from ehsid.harness.gap.schema import Verdict
+from ehsid.harness import diagnosis as gap
+from ehsid.harness.diagnosis.options import DiagnosisOptions
+from ehsid.harness.diagnosis.schema import Verdict
 from ehsid.harness.records import write_record
-from ehsid.harness.report.diagnosis_files import simulation_table
 from ehsid.harness.rigs import write_rig
+from ehsid.harness.show.diagnosis_files import simulation_table
 
 
 @pytest.fixture
 def fake(monkeypatch: pytest.MonkeyPatch) -> FakeDiagnose:
     made = FakeDiagnose(made_diagnosis("effects"))
-    monkeypatch.setattr("ehsid.harness.gap.diagnose", made)
+    monkeypatch.setattr("ehsid.harness.diagnosis.diagnose", made)
     return made
 
 

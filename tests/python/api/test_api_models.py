@@ -11,8 +11,8 @@ import polars as pl
 import pytest
 
 import ehsid
-from ehsid.harness import estimation, identification
-from ehsid.harness.identification import ArxOrders, IoData
+from ehsid.harness.models import estimation, identification
+from ehsid.harness.models.identification import ArxOrders, IoData
 from ehsid.harness.records import read_record
 
 ROOT = Path(__file__).parents[3]

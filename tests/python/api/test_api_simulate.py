@@ -9,7 +9,7 @@ from typer.testing import CliRunner
 import ehsid
 from ehsid.harness.cli import cli
 from ehsid.harness.rigs import read_rig
-from ehsid.harness.simulation import simulate
+from ehsid.harness.signals.simulation import simulate
 
 BENCH = Path(__file__).parents[3] / "examples" / "rigs" / "bench.toml"
 VOLTS = 0.5 * np.sin(np.arange(500) * 0.02)

@@ -10,14 +10,14 @@ from bad_input.case import Case, Outcome
 from bad_input.inputs import BENCH
 
 import ehsid
-from ehsid.harness.deploy.export import EstimatorConfiguration, configure_from_record
-from ehsid.harness.estimation import estimate
-from ehsid.harness.excitation import chirp, odd_multisine, prbs, random_steps, triangle
-from ehsid.harness.gap import diagnose
-from ehsid.harness.identification import ArxOrders, IoData, fit_arx, identify
+from ehsid.harness.diagnosis import diagnose
+from ehsid.harness.firmware import EstimatorConfiguration, configure_from_record
+from ehsid.harness.models.estimation import estimate
+from ehsid.harness.models.identification import ArxOrders, IoData, fit_arx, identify
 from ehsid.harness.records import make_record, read_record, write_record
 from ehsid.harness.rigs import parse_rig
-from ehsid.harness.simulation import simulate
+from ehsid.harness.signals.excitation import chirp, odd_multisine, prbs, random_steps, triangle
+from ehsid.harness.signals.simulation import simulate
 
 TITLE = "Python arrays and values"
 ABOUT = (

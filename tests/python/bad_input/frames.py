@@ -13,11 +13,11 @@ from bad_input.case import Case, Outcome
 from bad_input.tables import cases_of
 from sources import ROOT
 
-from ehsid.harness.deploy.hil import cobs
-from ehsid.harness.deploy.hil.answers import parse_answer
-from ehsid.harness.deploy.hil.errors import BadFrame, HilError
-from ehsid.harness.deploy.hil.frames import Packet, decode, encode
-from ehsid.harness.deploy.hil.session import Session
+from ehsid.hil import cobs
+from ehsid.hil.answers import parse_answer
+from ehsid.hil.errors import BadFrame, HilError
+from ehsid.hil.frames import Packet, decode, encode
+from ehsid.hil.session import Session
 
 TITLE = "Frames on the serial line"
 ABOUT = (

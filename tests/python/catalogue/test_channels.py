@@ -9,7 +9,7 @@ import ehsid
 from ehsid.harness.catalogue.channels import CHANNELS, REQUIRED_COLUMNS, shown_channel
 from ehsid.harness.catalogue.parameters import PLANTS
 from ehsid.harness.rigs import read_rig
-from ehsid.harness.simulation import simulate
+from ehsid.harness.signals.simulation import simulate
 
 RIGS = ROOT / "examples" / "rigs"
 

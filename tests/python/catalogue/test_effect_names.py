@@ -7,8 +7,8 @@ import pytest
 
 from ehsid.harness.catalogue.effect_names import effect_name
 from ehsid.harness.catalogue.parameters import effects
-from ehsid.harness.gap import in_words
-from ehsid.harness.report.gap_words import plain_name
+from ehsid.harness.diagnosis import in_words
+from ehsid.harness.show.gap_words import plain_name
 
 
 @pytest.mark.parametrize("effect", effects())

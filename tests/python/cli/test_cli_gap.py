@@ -16,9 +16,9 @@ from typer.testing import CliRunner
 
 from ehsid.harness.cli import cli
 from ehsid.harness.cli.many_values import repeated
-from ehsid.harness.gap.data.gate import how_read
-from ehsid.harness.gap.options import DiagnosisOptions
-from ehsid.harness.gap.schema import Diagnosis, Remark
+from ehsid.harness.diagnosis.data.gate import how_read
+from ehsid.harness.diagnosis.options import DiagnosisOptions
+from ehsid.harness.diagnosis.schema import Diagnosis, Remark
 from ehsid.harness.records import write_record
 from ehsid.harness.rigs import write_rig
 
@@ -26,7 +26,7 @@ from ehsid.harness.rigs import write_rig
 @pytest.fixture
 def diagnose(monkeypatch: pytest.MonkeyPatch) -> FakeDiagnose:
     fake = FakeDiagnose(made_diagnosis("effects"))
-    monkeypatch.setattr("ehsid.harness.gap.diagnose", fake, raising=False)
+    monkeypatch.setattr("ehsid.harness.diagnosis.diagnose", fake, raising=False)
     return fake
 
 
@@ -231,7 +231,7 @@ def test_what_the_diagnosis_refuses_is_a_message(
     def refuses(*_: Any, **__: Any) -> Diagnosis:
         raise ValueError("one.csv: too short for a window")
 
-    monkeypatch.setattr("ehsid.harness.gap.diagnose", refuses, raising=False)
+    monkeypatch.setattr("ehsid.harness.diagnosis.diagnose", refuses, raising=False)
     outcome = run("one.csv", "--rig", "rig.toml", "--out", "out")
     assert outcome.exit_code == 2
     assert "too short for a window" in outcome.stderr
@@ -241,15 +241,15 @@ def test_what_the_diagnosis_refuses_is_a_message(
 # Eight tasks of a minute in processes of their own, as a diagnosis runs them.
 LONG_WORK = """
 import sys, time
-import ehsid.harness.gap
-from ehsid.harness.parallel import run_tasks
+import ehsid.harness.diagnosis
+from ehsid.harness.base.parallel import run_tasks
 from functools import partial
 
 def diagnose(*_, progress, **__):
     print("started", file=sys.stderr, flush=True)
     run_tasks([partial(time.sleep, 60.0)] * 8, progress)
 
-ehsid.harness.gap.diagnose = diagnose
+ehsid.harness.diagnosis.diagnose = diagnose
 from ehsid.harness.cli import main
 sys.argv = ["ehsid", "gap", "one.csv", "--rig", "rig.toml", "--out", "out"]
 main()

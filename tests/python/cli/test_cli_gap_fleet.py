@@ -17,7 +17,7 @@ from typer.testing import CliRunner
 
 from ehsid.harness.cli import cli
 from ehsid.harness.cli.gap_fleet import read_machine
-from ehsid.harness.gap.schema import Diagnosis
+from ehsid.harness.diagnosis.schema import Diagnosis
 from ehsid.harness.records import Hints, write_record
 from ehsid.harness.rigs import write_rig
 
@@ -35,7 +35,7 @@ MACHINES = {"press1": "effects", "press2": "effects", "saw": "no_gap", "lift": "
 
 @pytest.fixture(autouse=True)
 def stand_in(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("ehsid.harness.gap.diagnose", StandIn(), raising=False)
+    monkeypatch.setattr("ehsid.harness.diagnosis.diagnose", StandIn(), raising=False)
 
 
 @pytest.fixture
@@ -121,7 +121,7 @@ def test_what_is_done_is_not_done_again_until_a_file_changes(
             diagnosed.append(asked.rig.name)
             return super().answer(asked)
 
-    monkeypatch.setattr("ehsid.harness.gap.diagnose", Counts(), raising=False)
+    monkeypatch.setattr("ehsid.harness.diagnosis.diagnose", Counts(), raising=False)
     outcome = run("fleet", "--out", "out", "--json")
     assert outcome.exit_code == 0, outcome.output
     assert diagnosed == []
@@ -160,7 +160,7 @@ def test_a_folder_with_an_error_is_listed_and_the_others_go_on(
     (fleet / ".git").mkdir()
     add_machine(fleet / "poor", "insufficient_data-poor", 9)
     fails = StandIn(fails=("effects-press1",))
-    monkeypatch.setattr("ehsid.harness.gap.diagnose", fails, raising=False)
+    monkeypatch.setattr("ehsid.harness.diagnosis.diagnose", fails, raising=False)
     outcome = run("fleet", "--out", "out")
     assert outcome.exit_code == 0, outcome.output
     plain = json.loads((here / "out" / "fleet.json").read_text(encoding="utf-8"))
@@ -183,7 +183,7 @@ def test_a_folder_with_an_error_is_listed_and_the_others_go_on(
 
     # Once mended it is diagnosed, and nothing else is.
     shutil.copy(fleet / "saw" / "rig.toml", fleet / "typo" / "rig.toml")
-    monkeypatch.setattr("ehsid.harness.gap.diagnose", StandIn(), raising=False)
+    monkeypatch.setattr("ehsid.harness.diagnosis.diagnose", StandIn(), raising=False)
     outcome = run("fleet", "--out", "out")
     assert outcome.exit_code == 0, outcome.output
     plain = json.loads((here / "out" / "fleet.json").read_text(encoding="utf-8"))
@@ -256,7 +256,7 @@ def test_raw_logs_are_read_as_the_rig_files_and_the_options_say(
             saw[asked.rig.name] = asked.records[0]
             return super().answer(asked)
 
-    monkeypatch.setattr("ehsid.harness.gap.diagnose", Seen(), raising=False)
+    monkeypatch.setattr("ehsid.harness.diagnosis.diagnose", Seen(), raising=False)
     fleet = here / "logs"
     block = '\n[columns]\nposition_m = { name = "CHANNEL 1", unit = "mm" }\n'
     for name, ending, delimiter, text in (
@@ -305,7 +305,7 @@ def test_raw_logs_are_read_as_the_rig_files_and_the_options_say(
 def test_machines_are_the_same_whether_they_are_read_here_or_there(
     most: int, workers: str, here: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("ehsid.harness.validation.fleet.running.MOST_SENT", most)
+    monkeypatch.setattr("ehsid.harness.fleet.running.MOST_SENT", most)
     fleet = here / "fleet"
     for name in ("press1", "press2"):
         shutil.rmtree(fleet / name)
@@ -374,7 +374,7 @@ def test_a_cluster_gives_the_same_files(here: Path, dask_cluster: str) -> None:
 def test_a_machine_whose_process_is_killed_does_not_end_the_others(
     here: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("ehsid.harness.gap.diagnose", StandIn(kills=("effects-press2",)))
+    monkeypatch.setattr("ehsid.harness.diagnosis.diagnose", StandIn(kills=("effects-press2",)))
     outcome = run("fleet", "--out", "out", workers="2")
     assert outcome.exit_code == 0, outcome.output
     error = (here / "out" / "press2" / "error.txt").read_text(encoding="utf-8")
@@ -390,7 +390,7 @@ def test_a_machine_that_kills_its_workers_on_a_cluster_does_not_end_the_others(
     here: Path, monkeypatch: pytest.MonkeyPatch, mortal_cluster: str
 ) -> None:
     monkeypatch.setattr(
-        "ehsid.harness.gap.diagnose", StandIn(kills=("effects-press2",), seconds=1.0)
+        "ehsid.harness.diagnosis.diagnose", StandIn(kills=("effects-press2",), seconds=1.0)
     )
     outcome = run("fleet", "--out", "out", "--dask", mortal_cluster, workers=None)
     assert outcome.exit_code == 0, outcome.output

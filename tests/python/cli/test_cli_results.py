@@ -15,12 +15,12 @@ from made_diagnoses import bench, measured_record
 from made_machines import drawn_machines
 from typer.testing import CliRunner
 
+from ehsid.harness.base.exchange import FOLDER
+from ehsid.harness.base.parallel import workers
 from ehsid.harness.cli import cli
-from ehsid.harness.exchange import FOLDER
-from ehsid.harness.parallel import workers
 from ehsid.harness.records import make_record, write_record
 from ehsid.harness.rigs import write_rig
-from ehsid.harness.validation.calibration.features import write_features
+from ehsid.lab.calibration.features import write_features
 
 pytestmark = pytest.mark.usefixtures("blank_pictures", "no_plots")
 
@@ -80,7 +80,7 @@ WITH_INPUTS = [name for name in COMMANDS if name not in ("gap-fleet", "gap-check
 @pytest.fixture(autouse=True)
 def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr("ehsid.harness.gap.diagnose", StandIn(), raising=False)
+    monkeypatch.setattr("ehsid.harness.diagnosis.diagnose", StandIn(), raising=False)
     rng = np.random.default_rng(0)
     u, y = rng.choice([-1.0, 1.0], 600), np.zeros(600)
     for k in range(1, u.size):
@@ -190,7 +190,7 @@ def test_a_place_that_cannot_be_written_to_is_refused_before_the_work(
     def works(*_: Any, **__: Any) -> None:
         raise AssertionError("the work must not begin")
 
-    monkeypatch.setattr("ehsid.harness.gap.diagnose", works, raising=False)
+    monkeypatch.setattr("ehsid.harness.diagnosis.diagnose", works, raising=False)
     (here / "out").rmdir()
     (here / "out").symlink_to("/proc/none")
     message = run(name, code=2)

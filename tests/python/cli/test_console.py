@@ -12,12 +12,12 @@ import pytest
 from sources import HARNESS
 from typer.testing import CliRunner
 
+from ehsid.harness.base.text import printable
 from ehsid.harness.cli import cli
 from ehsid.harness.cli.common import make_table, refuse
 from ehsid.harness.cli.console import Console, print_points
 from ehsid.harness.cli.progress import progress_of
 from ehsid.harness.rigs import read_rig, write_rig
-from ehsid.harness.text import printable
 
 BENCH = Path(__file__).parents[3] / "examples" / "rigs" / "bench.toml"
 EVIL = ["[/red]", "[bold]x[/bold]", "[link=file:///etc/passwd]x[/link]", ":smile:", "\\[x]"]

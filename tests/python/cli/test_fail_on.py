@@ -9,7 +9,7 @@ import pytest
 import typer
 
 from ehsid.harness.cli.fail_on import fail_if, failing_verdicts
-from ehsid.harness.gap.schema import Verdict
+from ehsid.harness.diagnosis.schema import Verdict
 
 
 @pytest.mark.parametrize(

@@ -7,9 +7,9 @@ from collections.abc import Iterator
 
 import pytest
 
+from ehsid.harness.base.time_to_go import TimeToGo
 from ehsid.harness.cli import progress
 from ehsid.harness.cli.console import Console, set_quiet
-from ehsid.harness.time_to_go import TimeToGo
 
 
 @pytest.fixture

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from ehsid.harness.files import temporary_folder
+from ehsid.harness.base.files import temporary_folder
 
 BENCH = Path(__file__).parents[3] / "examples" / "rigs" / "bench.toml"
 SIMULATE = (
@@ -122,7 +122,7 @@ def test_temporary_folders_of_processes_that_were_killed_are_removed(
 ) -> None:
     monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
     script = (
-        "import os, signal; from ehsid.harness.files import temporary_folder\n"
+        "import os, signal; from ehsid.harness.base.files import temporary_folder\n"
         "with temporary_folder() as one: os.kill(os.getpid(), signal.SIGKILL)"
     )
     environment = {**os.environ, "TMPDIR": str(tmp_path)}

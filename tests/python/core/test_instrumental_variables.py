@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from scipy.signal import lfilter
 
 import ehsid
-from ehsid.harness.studies.noises import plain_deviation
+from ehsid.lab.studies.noises import plain_deviation
 
 FloatArray = npt.NDArray[np.float64]
 # A servo that is not near an integrator and well damped: the reference needs no guard.

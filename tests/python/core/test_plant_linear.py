@@ -13,7 +13,7 @@ from scipy.signal import cont2discrete, dlsim, lfilter
 
 import ehsid
 from ehsid.harness.rigs import RigError, parse_rig, read_rig
-from ehsid.harness.simulation import simulate
+from ehsid.harness.signals.simulation import simulate
 
 LINEAR = Path(__file__).parents[3] / "examples" / "rigs" / "linear.toml"
 

@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 import ehsid
-from ehsid.harness.identification import ArxOrders
-from ehsid.harness.studies import MODEL_16, KnownPlant
+from ehsid.harness.models.identification import ArxOrders
+from ehsid.lab.studies import MODEL_16, KnownPlant
 
 BEFORE, HELD, AFTER = 2000, 20_200, 60
 CHANGE = BEFORE + HELD

@@ -12,7 +12,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import ehsid
-from ehsid.harness.deploy.export import Seed
+from ehsid.harness.firmware import Seed
 
 FloatArray = npt.NDArray[np.float64]
 

@@ -14,7 +14,7 @@ import scipy.stats
 from statsmodels.stats.diagnostic import acorr_ljungbox
 
 import ehsid
-from ehsid.harness.studies.noises import plain_deviation
+from ehsid.lab.studies.noises import plain_deviation
 
 FloatArray = npt.NDArray[np.float64]
 NOISES = ("equation", "coloured", "position")

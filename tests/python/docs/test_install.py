@@ -13,7 +13,7 @@ import pytest
 from printed_pages import DOCS, text_of
 from sources import ROOT
 
-from ehsid.harness.error_words import install_line
+from ehsid.harness.base.error_words import install_line
 
 PAGE = text_of(DOCS / "install.md")
 PROJECT = tomllib.loads(text_of(ROOT / "pyproject.toml"))["project"]

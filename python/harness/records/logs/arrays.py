@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from ...arrays import FloatArray
+from ...base.arrays import FloatArray
 from ...catalogue.channels import TIME
 from ..errors import RecordError
 from ..limits import BYTES, COLUMNS, SAMPLES

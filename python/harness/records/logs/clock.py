@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ...arrays import FloatArray
+from ...base.arrays import FloatArray
 from ...catalogue.channels import TIME
 from ..errors import MisnamedColumnError, RecordError, misnamed_column
 from ..layout import ColumnMap, layout_of, usual_units
@@ -18,21 +18,8 @@ from ..origin import DATES, Taken
 from ..pasting import columns_line, map_option, units_differ
 from .jumps import put_right, unwrapped
 from .log import Log, Series
-from .names import (
-    doubt_of_unit,
-    is_counter,
-    means,
-    parts_of,
-    says,
-    unit_in_name,
-)
-from .units import (
-    conversion,
-    is_other_unit,
-    pint_unit,
-    split_unit,
-    without_unit,
-)
+from .names import doubt_of_unit, is_counter, means, parts_of, says, unit_in_name
+from .units import conversion, is_other_unit, pint_unit, split_unit, without_unit
 
 # Seconds of a unit of time.
 SECONDS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9, "min": 60.0, "h": 3600.0, "day": 86400.0}

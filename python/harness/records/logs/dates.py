@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 import polars as pl
 
-from ...arrays import FloatArray
+from ...base.arrays import FloatArray
 
 DAY_S = 86_400.0
 TRIED_ROWS = 50

@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from ...arrays import FloatArray
+from ...base.arrays import FloatArray
 from ...catalogue.channels import TIME
 from ..errors import RecordError
 from ..limits import COLUMNS, SAMPLES

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ...arrays import FloatArray
+from ...base.arrays import FloatArray
 from ..timebase import BRIDGED_STEPS, GAP_FACTOR
 from .uniform import Rows
 

@@ -6,7 +6,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
-from ...arrays import FloatArray
+from ...base.arrays import FloatArray
 
 Read = Callable[[], FloatArray]
 

@@ -16,7 +16,7 @@ from typing import TypeVar
 
 import numpy as np
 
-from ...arrays import FloatArray
+from ...base.arrays import FloatArray
 from ..csv_text import check_size
 from ..errors import RecordError
 from . import text as plain

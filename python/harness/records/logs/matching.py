@@ -10,14 +10,9 @@ from pathlib import Path
 
 import numpy as np
 
-from ...arrays import FloatArray
+from ...base.arrays import FloatArray
 from ...catalogue.channels import CHANNELS, COMMAND, POSITION, SPOOL, TIME
-from ..errors import (
-    RecordError,
-    misnamed_column,
-    missing_column,
-    nearest_name,
-)
+from ..errors import RecordError, misnamed_column, missing_column, nearest_name
 from ..layout import ColumnMap, gauge_remarks, layout_of, usual_units
 from ..origin import Taken
 from ..pasting import NAMED_BY_RIG, columns_line, map_option, units_differ

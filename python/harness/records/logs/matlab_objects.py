@@ -7,8 +7,8 @@ import warnings
 from collections.abc import Iterator
 from typing import Any
 
-from ...error_words import install_line
-from ...files import temporary_folder
+from ...base.error_words import install_line
+from ...base.files import temporary_folder
 from ..errors import first_line
 from .arrays import Part
 

@@ -15,7 +15,7 @@ from typing import Any
 import asammdf
 import numpy as np
 
-from ...arrays import FloatArray
+from ...base.arrays import FloatArray
 from ..errors import RecordError, damaged
 from ..limits import BYTES, COLUMNS, SAMPLES
 from .arrays import as_float

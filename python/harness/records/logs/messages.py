@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from ...arrays import FloatArray
+from ...base.arrays import FloatArray
 from ..errors import RecordError, damaged
 from ..limits import COLUMNS, SAMPLES
 from .log import Series

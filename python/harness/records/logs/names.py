@@ -17,12 +17,7 @@ from ...catalogue.spellings import (
     OTHER_SIGNALS,
     PLACES,
 )
-from .units import (
-    is_unit_of_another,
-    pint_unit,
-    split_ending,
-    split_unit,
-)
+from .units import is_unit_of_another, pint_unit, split_ending, split_unit
 
 # Longer names are not names that anyone gives to a signal.
 MAX_NAME = 200

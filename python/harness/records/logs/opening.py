@@ -7,7 +7,7 @@ import importlib
 from collections.abc import Callable
 from pathlib import Path
 
-from ...error_words import install_line
+from ...base.error_words import install_line
 from ..csv_text import decompress
 from ..errors import RecordError
 from ..formats import KINDS, told_by_head

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import polars as pl
 
-from ...arrays import FloatArray
+from ...base.arrays import FloatArray
 from ..errors import damaged
 from ..limits import BYTES
 from ..parquet_format import FLOAT64_BYTES, ParquetTable

@@ -8,19 +8,13 @@ from pathlib import Path
 
 import numpy as np
 
-from ...arrays import FloatArray
+from ...base.arrays import FloatArray
 from ...catalogue.channels import CHANNELS, COMMAND, POSITION, TIME
 from ..checks import without_useless
 from ..errors import RecordError
 from ..origin import Hints, Origin, without_numbers
 from ..record import Record, make_record
-from ..timebase import (
-    BRIDGED_STEPS,
-    GAP_FACTOR,
-    MAX_JITTER,
-    TimeError,
-    analyse_time,
-)
+from ..timebase import BRIDGED_STEPS, GAP_FACTOR, MAX_JITTER, TimeError, analyse_time
 from ..wish import Wish
 from .clock import Clock, Clocks, time_map
 from .log import Log

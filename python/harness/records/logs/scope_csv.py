@@ -13,7 +13,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ...arrays import FloatArray
+from ...base.arrays import FloatArray
 from ..csv_text import check_size
 from ..errors import RecordError
 from . import text as plain

@@ -16,7 +16,7 @@ import fastexcel
 import numpy as np
 import polars as pl
 
-from ...arrays import FloatArray
+from ...base.arrays import FloatArray
 from ..errors import RecordError, damaged
 from ..limits import BYTES, COLUMNS, SAMPLES
 from .log import Log, Series

@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 import polars as pl
 
-from ...arrays import FloatArray
+from ...base.arrays import FloatArray
 from ...catalogue.channels import TIME
 from ..csv_text import (
     GZIP_MAGIC,

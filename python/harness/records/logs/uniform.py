@@ -21,7 +21,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ...arrays import FloatArray
+from ...base.arrays import FloatArray
 from ..errors import RecordError
 from ..limits import SAMPLES
 from ..timebase import BRIDGED_STEPS, MAX_JITTER, written_resolution

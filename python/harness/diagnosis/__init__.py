@@ -1,0 +1,31 @@
+# SPDX-License-Identifier: MIT
+"""Diagnosis of why simulator and record disagree; returns typed findings, no plots or files."""
+
+from .data.floor import NoiseFloor, noise_floor
+from .decision.words import in_words
+from .diagnosis import diagnose
+from .interim import STAGES
+from .model.comparison import Compared, GapFigure, gap_figure
+from .model.fit import Fit, fit
+from .model.parameters import Parameter, calibration_parameters, effect_parameters
+from .model.problem import Problem
+from .schema import Diagnosis, Interim
+
+__all__ = [
+    "STAGES",
+    "Compared",
+    "Diagnosis",
+    "Fit",
+    "GapFigure",
+    "Interim",
+    "NoiseFloor",
+    "Parameter",
+    "Problem",
+    "calibration_parameters",
+    "diagnose",
+    "effect_parameters",
+    "fit",
+    "gap_figure",
+    "in_words",
+    "noise_floor",
+]

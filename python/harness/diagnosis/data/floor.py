@@ -1,0 +1,164 @@
+# SPDX-License-Identifier: MIT
+"""Noise floor of a measured signal: the part that no simulator can explain."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from ...base.arrays import FloatArray
+from ...records import Record
+from ..thresholds import LEAST_FLOOR, MOTION_SEEN, REST_WINDOWS
+from .repeats import repeat_errors
+from .rest import rest_errors
+
+# Order of the differences. They leave (2 sin(w dt / 2))^7 / sqrt(C(14, 7)) of the amplitude of a
+# motion of w rad/s: 6e-5 for an oil spring of 70 Hz at 1 kHz, where third differences leave 2 %.
+ORDER = 7
+BLOCKS = 20
+LEAST_SAMPLES = 100
+# Most neighbouring levels of a quantised signal in motion are fewer steps apart than this.
+NEAR_LEVELS = 50
+# Median of |x| of a standard normal variable.
+NORMAL_MEDIAN = 0.6744897501960817
+
+
+@dataclass(frozen=True)
+class NoiseFloor:
+    """Standard deviation of the noise, in the unit of the signal, and its interval of 90 %.
+
+    The interval is the spread over the blocks or windows of the record.
+    """
+
+    value: float
+    low: float
+    high: float
+
+
+def noise_floor(signal: npt.ArrayLike) -> NoiseFloor:
+    """Estimates the noise floor from seventh differences, which are too fast for a servo.
+
+    The estimate is the median over blocks of the signal. White noise of standard deviation s has
+    k-th differences of deviation s sqrt(C(2k, k)). If the sensor shows whole steps q and most
+    samples do not change, the floor is q / sqrt(12). The differences do not show noise of low
+    frequency; the floor is then too low. With a sampling time so long that the motion itself is
+    fast, it is too high: see `shows_motion`.
+
+    Parameters
+    ----------
+    signal
+        shape (N,), N >= 100, sampled evenly.
+
+    Raises
+    ------
+    ValueError
+        there are fewer samples.
+    """
+    samples = np.asarray(signal, dtype=np.float64)
+    by_block = np.maximum(_by_block(samples, ORDER), sensor_step(samples) / math.sqrt(12.0))
+    low, value, high = np.quantile(by_block, [0.05, 0.5, 0.95])
+    return NoiseFloor(float(value), float(low), float(high))
+
+
+def shows_motion(signal: npt.ArrayLike) -> bool:
+    """Whether the differences in `noise_floor` show motion; the floor is then an upper bound.
+
+    White noise gives the same estimate from differences of any order. From order k to k + 2, the
+    estimate from a motion of w rad/s changes by the factor
+    (2 sin(w dt / 2))^2 sqrt(C(2k, k) / C(2k + 4, k + 2)), which is 1 for a single w only.
+    """
+    samples = np.asarray(signal, dtype=np.float64)
+    seventh, ninth = (float(np.median(_by_block(samples, k))) for k in (ORDER, ORDER + 2))
+    if min(seventh, ninth) <= max(sensor_step(samples), LEAST_FLOOR * float(np.std(samples))):
+        # The differences are steps of the sensor, or too small to matter.
+        return False
+    return abs(math.log(ninth / seventh)) > MOTION_SEEN
+
+
+def floor_of(record: Record, name: str) -> NoiseFloor:
+    """Estimates the noise floor of a column by the best method that the record allows.
+
+    Repeats of the command, if there are any, show noise of all frequencies in motion, and
+    everything else that is not repeatable. Otherwise windows at rest also show noise of low
+    frequency; the floor is the larger of their estimate and that of the seventh differences, unless
+    the differences show motion. Without repeats and rest, the differences alone give the floor.
+
+    Parameters
+    ----------
+    record
+        without gaps, with `command_v` and `position_m`, of at least 100 samples.
+    name
+        name of the column.
+
+    Raises
+    ------
+    ValueError
+        the record has fewer samples, or gaps.
+    """
+    if record.dt_s is None or len(record.segments) > 1:
+        raise ValueError(f"{record.name}: a noise floor needs one stretch with a sampling time")
+    samples = record.column(name)
+    white = noise_floor(samples)
+    # The floor is at least the resolution, because a measured signal always has some noise.
+    least = max(sensor_step(samples) / math.sqrt(12.0), LEAST_FLOOR * float(np.std(samples)))
+    if shows_motion(samples):
+        white = NoiseFloor(white.value, min(least, white.low), white.high)
+        is_upper_bound = True
+    else:
+        is_upper_bound = False
+    repeated = _of_windows(repeat_errors(record, name))
+    rest = _of_windows(rest_errors(record, name))
+    if repeated is not None:
+        floor = repeated if is_upper_bound else _hull(repeated.value, repeated, white)
+    elif rest is not None:
+        floor = rest if is_upper_bound else _hull(max(rest.value, white.value), rest, white)
+    else:
+        floor = white
+    return NoiseFloor(*(max(end, least) for end in (floor.value, floor.low, floor.high)))
+
+
+def _hull(value: float, first: NoiseFloor, second: NoiseFloor) -> NoiseFloor:
+    return NoiseFloor(value, min(first.low, second.low, value), max(first.high, second.high, value))
+
+
+def _of_windows(errors: Sequence[FloatArray]) -> NoiseFloor | None:
+    """Rms over windows; mean squares above their 95 % quantile (spikes) count as the quantile."""
+    if len(errors) < REST_WINDOWS:
+        return None
+    squares = np.array([float(np.mean(window**2)) for window in errors])
+    low, high = np.quantile(squares, [0.05, 0.95])
+    value = float(np.mean(np.minimum(squares, high)))
+    return NoiseFloor(math.sqrt(value), math.sqrt(min(low, value)), math.sqrt(high))
+
+
+def _by_block(samples: FloatArray, order: int) -> FloatArray:
+    """Standard deviation of white noise with these differences, for each block of the signal."""
+    if samples.ndim != 1 or samples.size < LEAST_SAMPLES:
+        raise ValueError(f"a noise floor needs {LEAST_SAMPLES} samples, there are {samples.size}")
+    differences = np.diff(samples, order) / math.sqrt(math.comb(2 * order, order))
+    blocks = np.array_split(np.abs(differences), min(BLOCKS, samples.size // 20))
+    return np.array([float(np.median(block)) for block in blocks]) / NORMAL_MEDIAN
+
+
+def sensor_step(samples: FloatArray) -> float:
+    """Smallest step of a quantised signal of shape (N,), in its unit; zero without a grid."""
+    levels = np.unique(samples)
+    if levels.size < 2:
+        return 0.0
+    steps = np.diff(levels)
+    # Rounding in a text file makes equal levels differ by some 1e-12 of their value.
+    resolution = 1e-9 * float(np.abs(levels).max())
+    real = steps[steps > resolution]
+    if real.size == 0:
+        return 0.0
+    # On a grid, neighbouring levels are a few whole steps apart. Without a grid, the nearest two of
+    # many levels are much closer to each other than the others are.
+    level_distances = real / float(real.min())
+    short_distances = level_distances[level_distances < NEAR_LEVELS]
+    on_grid = np.abs(short_distances - np.round(short_distances)) < 0.1
+    quantised = short_distances.size > 0.5 * level_distances.size and bool(on_grid.all())
+    return float(real.min()) if quantised else 0.0

@@ -1,0 +1,50 @@
+# SPDX-License-Identifier: MIT
+"""Intervals that hold between machines, and not only between the windows of one machine.
+
+Gradients and bootstraps over windows tell how much a figure scatters on one machine. They do not
+tell by how much machines differ from the simulator, nor how a gap on another motion differs from
+the one on the record. The ends of an interval move outwards by distances at which 90 % of the
+intervals held the truth on generated machines (Y. Romano, E. Patterson, E. Candès, Conformalized
+quantile regression, NeurIPS 2019); `ehsid gap-calibrate` computes them.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from ...catalogue.keys import ParameterKey
+from ..model.parameters import Parameter
+from ..schema import Estimate, HowFar
+from ..thresholds import SHRINKAGE_FURTHER, SHRINKAGE_FURTHER_FROM_NOMINAL, SIZE_FURTHER
+
+
+def size_between_machines(estimate: Estimate, parameter: Parameter, pressures: bool) -> Estimate:
+    """Returns the estimate of a parameter of an effect with an interval that holds on any machine.
+
+    The ends stay within the bounds of the parameter. Other parameters stay as they are.
+    """
+    if ParameterKey(parameter.name).effect is None:
+        return estimate
+    size = abs(estimate.value)
+    low, high = (size * distance for distance in SIZE_FURTHER[pressures])
+    ends = parameter.value(parameter.low), parameter.value(parameter.high)
+    return Estimate(
+        estimate.value,
+        max(estimate.low - low, min(ends)),
+        min(estimate.high + high, max(ends)),
+    )
+
+
+def reduction_between_machines(reduction: HowFar, pressures: bool) -> HowFar:
+    """Returns the reduction of the gap by effects, with intervals for other motions."""
+    of_explainable = reduction.of_explainable
+    if of_explainable is not None:
+        of_explainable = _further(of_explainable, SHRINKAGE_FURTHER[pressures])
+    from_nominal = _further(reduction.from_nominal, SHRINKAGE_FURTHER_FROM_NOMINAL[pressures])
+    return replace(reduction, of_explainable=of_explainable, from_nominal=from_nominal)
+
+
+def _further(share: Estimate, distances: tuple[float, float]) -> Estimate:
+    """Moves the ends of a share outwards; no more than the whole gap can vanish."""
+    low, high = distances
+    return Estimate(share.value, share.low - low, max(share.high, min(share.high + high, 1.0)))

@@ -1,0 +1,237 @@
+# SPDX-License-Identifier: MIT
+"""Results of the diagnosis: simulated records, gap, estimates with intervals, probabilities."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from ...base.arrays import FloatArray
+from ...catalogue.keys import ParameterKey, sizes_of
+from ..deciding import MOVED_FIT, MOVED_PRIOR
+from ..model.case import Case
+from ..model.comparison import Compared
+from ..model.parameters import Parameter
+from ..schema import CalibratedValue, Candidate, Estimate, FoundEffect, HeldOutRun, HowFar
+from ..search.candidates import FittedCandidate, decision_case
+from ..search.gap_reduction import explained_share, gap_reduction, window_sums
+from ..search.intervals import candidate_deviations, in_deviations, interval
+from ..search.likelihood_gain import likelihood_gain
+from ..search.search import SearchResult
+from ..thresholds import BOOTSTRAP_SEED, MODEL_ERROR, MODEL_ERROR_POSITION
+from .between_machines import reduction_between_machines, size_between_machines
+from .effect_selection import Selection
+from .standing import standing
+
+
+def held_out_results(
+    case: Case, nominal: FittedCandidate, calibrated: FittedCandidate, best: FittedCandidate
+) -> tuple[tuple[HeldOutRun, ...], HowFar]:
+    """Returns the held-out records with their three simulations, and the reduction of the gap."""
+    fine = decision_case(case)
+    candidates = (nominal, calibrated, best)
+    problems = [
+        fine.problem(candidate.effects, held_out=True, laws=candidate.laws)
+        for candidate in candidates
+    ]
+    simulations = [
+        problem.simulate(candidate.x)
+        for problem, candidate in zip(problems, candidates, strict=True)
+    ]
+    records = problems[0].records
+    sums = [window_sums(records, simulated, case.outputs) for simulated in simulations]
+    reduction = gap_reduction(
+        sums[0], sums[1], sums[2], case.floors, np.random.default_rng(BOOTSTRAP_SEED)
+    )
+    if best.effects or best.laws:
+        reduction = reduction_between_machines(reduction, case.pressures)
+    runs = []
+    for index, compared in enumerate(records):
+        record = compared.record
+        runs.append(
+            HeldOutRun(
+                record.name,
+                _times(compared),
+                compared.window,
+                record.column("command_v"),
+                {name: compared.outputs[name] for name in case.outputs},
+                *(simulated[index] for simulated in simulations),
+            )
+        )
+    return tuple(runs), replace(reduction, carries_over=_by_command(case, runs))
+
+
+def _times(compared: Compared) -> FloatArray:
+    time_s = compared.record.time_s
+    counted_s = np.arange(compared.window.size, dtype=np.float64) * compared.dt_s
+    return counted_s if time_s is None else time_s
+
+
+def _by_command(case: Case, runs: Sequence[HeldOutRun]) -> tuple[float, float] | None:
+    """Shares of the explainable gap that the effects remove at smaller and at larger commands.
+
+    Windows are split at the median of their mean |command|. None with fewer than 8 windows, or
+    where a half has no explainable gap.
+    """
+    rows = []
+    for run in runs:
+        numbers = run.window[run.window >= 0]
+        inside = run.window >= 0
+        samples = np.bincount(numbers)
+        size = np.bincount(numbers, np.abs(run.command_v[inside])) / np.maximum(samples, 1)
+        squares = [
+            sum(
+                np.bincount(numbers, (simulated[name] - run.measured[name])[inside] ** 2)
+                / case.floors[name].value ** 2
+                for name in case.outputs
+            )
+            for simulated in (run.calibrated, run.augmented)
+        ]
+        count = samples * len(case.outputs)
+        sampled = count > 0
+        rows.append(np.stack([size, *squares, count])[:, sampled])
+    size, before, after, count = np.concatenate(rows, axis=1)
+    if size.size < 8:
+        return None
+    large = size > np.median(size)
+    shares = []
+    for half in (~large, large):
+        rms = [math.sqrt(part[half].sum() / count[half].sum()) for part in (before, after)]
+        if rms[0] <= 1.0:
+            return None
+        shares.append((rms[0] - rms[1]) / (rms[0] - 1.0))
+    return shares[0], shares[1]
+
+
+def estimates(
+    case: Case, candidate: FittedCandidate
+) -> tuple[dict[str, Estimate], dict[str, bool]]:
+    """Returns the estimates of all fitted values by full name, and whether each has moved.
+
+    A moved value differs from the centre of its prior by MOVED_PRIOR deviations of the prior and
+    MOVED_FIT of the fit.
+    """
+    deviations, windows = candidate_deviations(case, candidate)
+    model_error = MODEL_ERROR if case.pressures else MODEL_ERROR_POSITION
+    estimated, moved = {}, {}
+    parameters = case.parameters(candidate.effects)
+    # The parameters of laws come last; they are no values of the rig.
+    for parameter, x, deviation in zip(parameters, candidate.x, deviations, strict=False):
+        estimated[parameter.name] = size_between_machines(
+            interval(parameter, float(x), float(deviation), windows, model_error),
+            parameter,
+            case.pressures,
+        )
+        prior_deviations, fit_deviations = in_deviations(parameter, float(x), float(deviation))
+        moved[parameter.name] = prior_deviations >= MOVED_PRIOR and fit_deviations >= MOVED_FIT
+    return estimated, moved
+
+
+def calibration_of(
+    case: Case, estimated: Mapping[str, Estimate], moved: Mapping[str, bool]
+) -> dict[str, CalibratedValue]:
+    """Returns the calibrated values of the rig and the nuisances.
+
+    A nuisance has no value in the rig file, so that it never counts as moved.
+    """
+    return {
+        parameter.name: CalibratedValue(
+            parameter.value(parameter.centre),
+            estimated[parameter.name],
+            moved[parameter.name] and not ParameterKey(parameter.name).is_nuisance,
+            in_sigmas(parameter, estimated[parameter.name]),
+        )
+        for parameter in case.parameters()
+    }
+
+
+def in_sigmas(parameter: Parameter, estimate: Estimate) -> Estimate | None:
+    """Returns an estimate in standard deviations of the parameter's prior, from its centre.
+
+    None where the prior has no finite deviation.
+    """
+    if not (math.isfinite(parameter.sigma) and parameter.sigma > 0.0):
+        return None
+    value, low, high = (
+        (parameter.place(end) - parameter.centre) / parameter.sigma if math.isfinite(end) else end
+        for end in (estimate.value, estimate.low, estimate.high)
+    )
+    return Estimate(value, low, high)
+
+
+def selected_effects(
+    case: Case,
+    search_result: SearchResult,
+    selection: Selection,
+    values: Mapping[str, Estimate],
+    of_all: float = 1.0,
+) -> tuple[FoundEffect, ...]:
+    """Returns the effects of the best set, most probable first, with shares of the held-out gain.
+
+    Effects whose probabilities agree to a hundredth keep the order in which they were found.
+
+    of_all: share of all these effects together; laws without a name may have the rest.
+    """
+    best = selection.best
+    gains = {}
+    for effect in best.effects:
+        remaining = frozenset(best.effects) - {effect}
+        without = next(
+            (
+                candidate
+                for candidate in (search_result.calibrated, *search_result.refined)
+                if frozenset(candidate.effects) == remaining
+            ),
+            search_result.calibrated,
+        )
+        gains[effect] = max(likelihood_gain(case, best, without).relative, 1e-6)
+    total = sum(gains.values())
+    effects = []
+    for effect in best.effects:
+        parameters = sizes_of(effect, values)
+        effects.append(
+            FoundEffect(
+                effect,
+                selection.posterior.of_effect(effect),
+                parameters,
+                of_all * gains[effect] / total,
+            )
+        )
+    return tuple(sorted(effects, key=lambda effect: -round(effect.probability, 2)))
+
+
+def ranked_candidates(
+    case: Case, search_result: SearchResult, selection: Selection
+) -> tuple[Candidate, ...]:
+    """Lists the calibrated rig and all sets that were fitted or screened, by held-out cost."""
+    equivalent_sets = {candidate.effects for candidate in (selection.best, *selection.equivalent)}
+    calibrated = search_result.calibrated
+    fitted = search_result.fitted()
+    candidates = []
+    for candidate in fitted:
+        keys = {ParameterKey(name): value for name, value in candidate.values.items()}
+        hypothesis = selection.hypothesis(candidate)
+        own_values = {key: value for key, value in keys.items() if key.effect in candidate.effects}
+        candidates.append(
+            Candidate(
+                candidate.effects,
+                max(likelihood_gain(case, fitted[0], candidate).nats, 0.0),
+                explained_share(calibrated.sums, candidate.sums, case.floors, selection.best.sums)
+                or 0.0,
+                {f"{key.effect}.{key.parameter}": value for key, value in own_values.items()},
+                candidate.effects in equivalent_sets,
+                candidate.cost,
+                candidate.held_out_cost,
+                candidate.x.size,
+                standing(case, search_result, selection, candidate),
+                *(
+                    (hypothesis.left, hypothesis.small, hypothesis.probability)
+                    if hypothesis is not None
+                    else (None, None, None)
+                ),
+            )
+        )
+    return tuple(candidates)

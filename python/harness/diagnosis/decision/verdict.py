@@ -1,0 +1,261 @@
+# SPDX-License-Identifier: MIT
+"""Verdict of the diagnosis in words, with the reasons."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+
+from ..deciding import LEAST_GAIN, NEAR_FLOOR, NEAR_GAP, VALUES
+from ..model.case import Case
+from ..schema import CalibratedValue, CannotJudge, Estimate, HowFar, Verdict
+from ..search.bounds import AtBound, values_at_bounds
+from ..search.candidates import FittedCandidate
+from ..search.search import SearchResult
+from ..thresholds import TOLD
+from .caveats import caveats
+from .effect_selection import Selection
+from .evidence import left
+from .words import chance, in_words, percent
+
+
+@dataclass(frozen=True)
+class Decision:
+    """Verdict, the same in one plain sentence, and the reasons for it."""
+
+    verdict: Verdict
+    sentence: str
+    reasons: tuple[str, ...]
+
+
+def decide(
+    case: Case,
+    search_result: SearchResult,
+    selection: Selection,
+    reduction: HowFar,
+    calibration: Mapping[str, CalibratedValue],
+    hardly_shown: Sequence[CannotJudge],
+    nuisance_fit: FittedCandidate | None = None,
+    step: Estimate | None = None,
+    missing: str = "",
+) -> Decision:
+    """Puts the answer of the selection into a verdict on data that can carry a diagnosis.
+
+    Parameters
+    ----------
+    case, search_result, selection
+        rig and records, fitted candidates, and the answer that loses least.
+    reduction
+        gaps on the held-out records, and by how much the effects reduce them.
+    calibration
+        calibrated values, and whether they have moved, by full name.
+    hardly_shown
+        selected effects of which the records show little, with the reason.
+    nuisance_fit
+        the fit of the nuisances alone, with the rig's own values as in the rig file; None where an
+        effect was selected.
+    step
+        step of the position sensor, m, where it is coarse; else None.
+    missing
+        laws of a cause outside of the catalogue, in words; empty where none is known.
+    """
+    best, answer = selection.best, selection.answer
+    reasons = [_gaps(best, reduction, missing), *caveats(case, search_result, selection, reduction)]
+    reasons += [
+        f"The records show little of {in_words([effect.id])}: {effect.why}."
+        for effect in hardly_shown
+    ]
+    step_sentence = ""
+    if step is not None:
+        step_sentence = f" The position comes in steps of {step.value:.3g} m."
+        reasons.append(
+            "Steps of a sensor belong to the noise floor: no simulator can make them smaller."
+        )
+
+    def decision(verdict: Verdict, *sentences: str) -> Decision:
+        sentence = " ".join(filter(None, sentences))
+        return Decision(verdict, f"{sentence}{step_sentence}", tuple(reasons))
+
+    match answer.kind:
+        case "outside":
+            reasons.append(_why_outside(selection, missing))
+            return decision("outside_catalogue", _outside_sentence(best, missing))
+        case "ambiguous":
+            first, *others = (
+                f"{in_words(each.effects)} ({chance(selection.probability(each))})"
+                for each in (best, *selection.equivalent)
+            )
+            reasons.append(
+                "The records cannot tell these candidates apart; see the next experiment."
+            )
+            return decision(
+                "ambiguous",
+                f"The gap is due to {first}, or to {'; or '.join(others)}.",
+                what_stays(selection, reduction),
+            )
+        case "effects":
+            share = reduction.of_explainable.value if reduction.of_explainable else 0.0
+            pronoun = "it" if len(best.effects) == 1 else "them"
+            if selection.rivals:
+                reasons.append(
+                    "The records do not tell whether what is named is the whole cause; see the "
+                    f"next experiment{'' if case.pressures else ', and measure both pressures'}."
+                )
+            return decision(
+                "effects",
+                f"The gap is due to {in_words(best.effects)}: adding {pronoun} removes "
+                f"{100.0 * share:.0f} % of the gap above the noise floor.",
+                what_stays(selection, reduction),
+            )
+    by_values = 0.0
+    if nuisance_fit is not None:
+        by_values = left(case, nuisance_fit) - left(case, search_result.calibrated)
+    moved = [name for name, value in calibration.items() if value.moved]
+    if by_values < VALUES:
+        moved = []
+    agrees = agrees_as_configured(reduction.nominal, reduction.noise_floor[1])
+    verdict: Verdict = "no_gap"
+    if moved or (not agrees and is_gained(reduction.from_nominal.low)):
+        verdict = "parameters"
+        sentence = _parameters_sentence(
+            calibration, moved, values_at_bounds(case, best), selection, reduction
+        )
+        if not moved:
+            reasons.append(
+                "What no data sheet gives does nearly as well alone."
+                if by_values < VALUES
+                else "No single value differs from the rig file by more than its uncertainty."
+            )
+    elif agrees:
+        sentence = "The simulator agrees with the machine"
+        sentence += ", except for the sensor." if step is not None else "."
+        if reduction.nominal > NEAR_FLOOR * reduction.noise_floor[1]:
+            sentence += (
+                f" A gap of {percent(reduction.nominal)} is small; fitted values leave "
+                f"{percent(reduction.calibrated)}."
+            )
+    else:
+        sentence = (
+            "Neither other values of the rig nor any effect of the catalogue make the gap of "
+            f"{percent(reduction.nominal)} clearly smaller."
+        )
+    return decision(
+        "effects" if step is not None else verdict, sentence, what_stays(selection, reduction)
+    )
+
+
+def agrees_as_configured(nominal: float, floor: float) -> bool:
+    """Whether a gap as configured is near the upper end of the noise floor, or small."""
+    return nominal <= max(NEAR_FLOOR * floor, NEAR_GAP)
+
+
+def is_gained(share: float) -> bool:
+    """Whether the lower end of a shrinkage from nominal is a clear one."""
+    return share >= LEAST_GAIN
+
+
+def what_stays(selection: Selection, reduction: HowFar) -> str:
+    """Says which gap stays clearly above the noise floor, and of what its cause is not sure."""
+    low, high = reduction.noise_floor
+    stays = min(reduction.augmented, reduction.nominal)
+    sentences = []
+    if stays > NEAR_FLOOR * high:
+        sentences.append(
+            f"A gap of {percent(stays)} stays above the noise floor of {percent(low)} to "
+            f"{percent(high)}."
+        )
+    if selection.is_open:
+        sentences.append(f"The cause is open; the most probable answers are {_answers(selection)}.")
+    elif sentences and selection.answer.kind != "ambiguous":
+        sentences.append("No further effect of the catalogue explains it.")
+    return " ".join(sentences)
+
+
+def _answers(selection: Selection) -> str:
+    """The answers that are probable enough to be told, most probable first."""
+    posterior = selection.posterior
+    answers = [("a cause outside of the catalogue", posterior.outside)]
+    for families, share in posterior.by_families():
+        effects = posterior.first_of(families).candidate.effects
+        if effects == selection.best.effects and effects:
+            answers.append((f"{in_words(effects)} alone", share))
+        else:
+            answers.append((in_words(effects) if effects else "no missing effect", share))
+    answers.sort(key=lambda answer: -answer[1])
+    told = [f"{words} ({chance(share)})" for words, share in answers if share >= TOLD]
+    return _and(told or [f"{answers[0][0]} ({chance(answers[0][1])})"])
+
+
+def _gaps(best: FittedCandidate, reduction: HowFar, missing: str) -> str:
+    low, high = reduction.noise_floor
+    added = [in_words(best.effects)] if best.effects else []
+    if missing:
+        added.append("what the simulator lacks")
+    last = f", {percent(reduction.augmented)} with {' and '.join(added)} added" if added else ""
+    return (
+        f"On held-out data the gap is {percent(reduction.nominal)} with the simulator as "
+        f"configured, {percent(reduction.calibrated)} with the values of the rig fitted{last}; "
+        f"the noise floor is {percent(low)} to {percent(high)}."
+    )
+
+
+def _why_outside(selection: Selection, missing: str) -> str:
+    if missing:
+        return (
+            "A term without a name explains these records clearly better than the values of the "
+            "rig and the effects of the catalogue do: a cause outside of it has a probability of "
+            f"{chance(selection.posterior.outside)}."
+        )
+    return (
+        "Whatever effect of the catalogue is added, larger errors stay than those of machines "
+        "whose cause is in the catalogue: a cause outside of it has a probability of "
+        f"{chance(selection.posterior.outside)}."
+    )
+
+
+def _parameters_sentence(
+    calibration: Mapping[str, CalibratedValue],
+    moved: Sequence[str],
+    at_bounds: Sequence[AtBound],
+    selection: Selection,
+    reduction: HowFar,
+) -> str:
+    """Says what the values explain, and which differ; first which of them are not to trust."""
+    from_to = f"from {percent(reduction.nominal)} to {percent(reduction.calibrated)}"
+    if not moved:
+        return (
+            "Values within their uncertainty, and what no data sheet gives, take the gap "
+            f"{from_to}."
+        )
+    differing = ", ".join(
+        f"{name} {calibration[name].found.value:.4g} (file {calibration[name].rig:.4g})"
+        for name in moved[:4]
+    )
+    does = f"take the gap {from_to}"
+    if reduction.calibrated >= reduction.nominal:
+        does = f"fit the records better, but the gap on held-out data goes {from_to}"
+    if at_bounds:
+        values = "this value" if len(at_bounds) == 1 else "these values"
+        return (
+            f"Other values of the rig {does}, but {_and(one.told for one in at_bounds)} of "
+            "what the rig file allows, so the true cause may be something else: check "
+            f"{values} on the machine. Values that differ from the rig file: {differing}."
+        )
+    if what_stays(selection, reduction):
+        return f"Other values of the rig {does}: {differing}."
+    return f"No effect is missing, but values differ from the rig file: {differing}."
+
+
+def _and(parts: Iterable[str]) -> str:
+    *others, last = parts
+    return f"{', '.join(others)} and {last}" if others else last
+
+
+def _outside_sentence(best: FittedCandidate, missing: str) -> str:
+    sentence = "Neither other values of the rig nor any effect of the catalogue explain the gap."
+    if best.effects:
+        sentence = (
+            f"Part of the gap is due to {in_words(best.effects)}; no effect of the catalogue "
+            "explains the rest."
+        )
+    return f"{sentence} {missing}".strip()

@@ -1,0 +1,481 @@
+# SPDX-License-Identifier: MIT
+"""The diagnosis: where the gap lies, which effects cause it, and how much of it they remove."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from ..base.error_words import error_words
+from ..base.parallel import Progress, single_threaded_algebra
+from ..catalogue.keys import ParameterKey
+from ..records import Record
+from ..rigs import Rig
+from ..rigs.table_words import table_subsystem
+from .data.gate import gate, usable_part
+from .data.regimes import Regimes, visited
+from .deciding import EFFECT, FIT_TOGETHER, WORSE_HELD_OUT
+from .decision import results
+from .decision.decision import least_loss
+from .decision.effect_selection import Selection, select_effects
+from .decision.evidence import left
+from .decision.posterior import with_law
+from .decision.verdict import Decision, decide
+from .interim import LOGGER, Begun, Watch, look_for
+from .laws.choosing import LawsFound, missing_laws
+from .laws.equation_shares import equation_shares
+from .laws.words import sentence
+from .model.case import Case, make_case
+from .next.next_experiment import next_experiment
+from .options import DEFAULTS, DiagnosisOptions
+from .pace import Pace
+from .schema import (
+    CalibratedValue,
+    CannotJudge,
+    Diagnosis,
+    Estimate,
+    FoundEffect,
+    HeldOutRun,
+    HowFar,
+    NextExperiment,
+    Remark,
+    Stage,
+    Where,
+)
+from .search.candidates import FittedCandidate, calibrate_nuisances, decision_case
+from .search.identifiability import effects_hardly_shown, unidentifiable_effects
+from .search.localisation import localise
+from .search.quantised import QUANTISATION, position_step
+from .search.search import Look, SearchResult, candidate_effects, search
+from .thresholds import BLOCK_S, BOOTSTRAP_SEED, LARGEST_PROBABILITY, SKIP_S
+
+FITTED_TOGETHER = (
+    "The records that are held out excite what the others do not: fitted apart from them nothing "
+    "explains the gap. All were fitted together, and every third block of each was held out."
+)
+
+NOT_TOLD = "Where the gap lies could not be told: its computation failed on these numbers."
+
+
+def diagnose(
+    records: Sequence[Record],
+    rig: Rig,
+    *,
+    validate: Sequence[Record] = (),
+    options: DiagnosisOptions = DEFAULTS,
+    progress: Progress | None = None,
+    watch: Watch | None = None,
+    begun: Begun | None = None,
+) -> Diagnosis:
+    """Diagnoses where the gap of rig and records lies, what causes it, and how much it shrinks.
+
+    Parameters
+    ----------
+    records
+        records to fit, each with `command_v` and `position_m`; of a record with gaps the longest
+        stretch is used, without spans in which the supply is down.
+    rig
+        configuration of the simulator.
+    validate
+        held-out records, on which candidates are compared. They are fitted only where the others
+        leave a large part of the gap; then, as without them, blocks of all records are held out.
+    options
+        what the user chose, see `DiagnosisOptions`.
+    progress
+        called with the share of the expected time that is over, 0 to 1.
+    watch
+        called when a stage begins, with what is known then.
+    begun
+        called when a stage begins, with the stage.
+
+    Returns
+    -------
+    The diagnosis, whatever the quality of the data: data that cannot carry a diagnosis give the
+    verdict "insufficient_data" with the reason.
+
+    Raises
+    ------
+    ValueError
+        there is no record.
+    """
+    if not records:
+        raise ValueError("the diagnosis needs a record")
+    with single_threaded_algebra():
+        return _diagnose(records, rig, validate, options, progress, watch, begun)
+
+
+def _diagnose(
+    records: Sequence[Record],
+    rig: Rig,
+    validate: Sequence[Record],
+    options: DiagnosisOptions,
+    progress: Progress | None,
+    watch: Watch | None,
+    begun: Begun | None,
+) -> Diagnosis:
+    began = time.monotonic()
+    pace = Pace(progress, may_be_joint=bool(validate))
+    remarks = gate([*records, *validate], rig)
+    reasons = [_of_record(remark) for remark in remarks if remark.serious]
+    case = None
+    if not reasons:
+        fitted = [usable_part(record, rig)[0] for record in records]
+        held_out = [usable_part(record, rig)[0] for record in validate]
+        try:
+            case = make_case(rig, fitted, held_out)
+        except ValueError as error:
+            if error_words(error) is None:
+                raise
+            reasons = [f"{error}."]
+    if case is None:
+        return _insufficient(rig, records, validate, remarks, reasons, options, began)
+    effect_ids = candidate_effects(rig, options.exclude)
+    regimes = [visited(record, rig) for record in case.records]
+    _log_case(case)
+    look = look_for(watch, begun, pace, case)
+    evaluation = _evaluate(case, regimes, options, pace, look)
+    if validate and _leaves_large_gap(evaluation):
+        # The other records cannot show an effect that only the held-out records excite.
+        # Therefore all records are fitted together.
+        joint_case = make_case(rig, [*fitted, *held_out])
+        look = look_for(watch, begun, pace, joint_case)
+        joint = _evaluate(joint_case, regimes, options, pace, look)
+        joint = _with_missing_laws(joint, regimes, pace, look)
+        if joint.selection.posterior.outside < FIT_TOGETHER or joint.laws is not None:
+            evaluation = joint
+            remarks = (*remarks, Remark("", FITTED_TOGETHER))
+    if evaluation.laws is None:
+        look = look_for(watch, begun, pace, evaluation.case)
+        evaluation = _with_missing_laws(evaluation, regimes, pace, look)
+    case, search_result, laws = evaluation.case, evaluation.search_result, evaluation.laws
+    selection, decision = evaluation.selection, evaluation.decision
+    best, values = selection.best, evaluation.values
+    fitted_effects = results.selected_effects(
+        case, search_result, selection, values, 1.0 if laws is None else laws.of_effects
+    )
+    quantisation = _quantisation_effect(evaluation.step, fitted_effects)
+    effects = (*fitted_effects, *quantisation)
+    ambiguity_set = _ambiguity_set(selection, fitted_effects, quantisation)
+    augmented = {name: estimate.value for name, estimate in values.items()}
+    if evaluation.step is not None:
+        augmented[ParameterKey.of_effect(QUANTISATION, "step_m")] = evaluation.step.value
+    structural = decision.verdict in ("effects", "ambiguous", "outside_catalogue")
+    where = Where()
+    if decision.verdict == "effects" and not fitted_effects:
+        where = Where(subsystem={"sensor": 1.0})
+    elif structural:
+        told = best if laws is None else laws.candidate
+        look = look_for(watch, begun, pace, case)
+        _tell(look, "where", search_result, told, tasks=len(selection.rivals))
+        where = _located(evaluation, fitted_effects, pace)
+    experiment = None
+    if selection.rivals:
+        _tell(look_for(watch, begun, pace, case), "experiment", search_result, best)
+        experiment = _design_experiment(case, selection, pace.within)
+    if progress is not None:
+        progress(1.0)
+    return Diagnosis(
+        verdict=decision.verdict,
+        sentence=decision.sentence,
+        reasons=decision.reasons,
+        where=where,
+        effects=effects,
+        ambiguity_set=ambiguity_set,
+        candidates=results.ranked_candidates(case, search_result, selection),
+        cannot_judge=tuple(
+            each
+            for each in unidentifiable_effects(regimes, effect_ids, rig.plant)
+            if each.id not in {name for names in ambiguity_set for name in names}
+        ),
+        outside_probability=selection.posterior.outside,
+        missing_laws=() if laws is None else laws.laws,
+        next_experiment=experiment,
+        how_far=evaluation.reduction,
+        calibration=evaluation.calibration,
+        remarks=tuple(remarks),
+        runs=evaluation.runs,
+        rig=rig,
+        augmented_rig=_augmented(rig, augmented, laws),
+        outputs=case.outputs,
+        outputs_left_out=case.left_out,
+        records=_roles(records, validate),
+        settings=_settings(case, options),
+        seconds=time.monotonic() - began,
+    )
+
+
+def _located(evaluation: _Evaluation, effects: Sequence[FoundEffect], pace: Pace) -> Where:
+    """Tells where the gap lies; where that cannot be computed, the verdict stands without it."""
+    case, found, laws = evaluation.case, evaluation.search_result, evaluation.laws
+    selection = evaluation.selection
+    best = selection.best
+    try:
+        return localise(
+            decision_case(case),
+            found.calibrated,
+            best,
+            equations=equation_shares(case, found.calibrated, pace.within),
+            shares={effect.id: effect.share_of_shrinkage for effect in effects} or None,
+            laws=[
+                (table_subsystem(each.law.adds_to, each.law.of), each.share_of_shrinkage)
+                for each in (() if laws is None else laws.laws)
+            ],
+            others=[
+                (other.effects, selection.probability(other) / selection.probability(best))
+                for other in selection.equivalent
+            ],
+        )
+    except (ValueError, ArithmeticError):
+        LOGGER.info("where the gap lies could not be told", exc_info=True)
+        return Where(notes=(NOT_TOLD,))
+
+
+def _augmented(rig: Rig, values: Mapping[str, float], laws: LawsFound | None) -> Rig:
+    """Returns the rig with these values and laws."""
+    augmented = rig.with_values(values)
+    if laws is None:
+        return augmented
+    return replace(augmented, tables={**rig.tables, **laws.candidate.tables()})
+
+
+def _quantisation_effect(
+    step: Estimate | None, fitted_effects: Sequence[FoundEffect]
+) -> tuple[FoundEffect, ...]:
+    """Returns the effect that the record itself shows (quantisation); it shrinks no gap."""
+    if step is None:
+        return ()
+    share = 0.0 if fitted_effects else 1.0
+    return (FoundEffect(QUANTISATION, LARGEST_PROBABILITY, {"step_m": step}, share),)
+
+
+def _ambiguity_set(
+    selection: Selection, best: Sequence[FoundEffect], quantisation: Sequence[FoundEffect]
+) -> tuple[tuple[str, ...], ...]:
+    """The sets in question; the effects of the best one, which is first, in the given order."""
+    quantisation_ids = tuple(candidate.id for candidate in quantisation)
+    sets = [tuple(effect.id for effect in best)]
+    sets += [candidate.effects for candidate in selection.equivalent]
+    return tuple((*effects, *quantisation_ids) for effects in sets if effects or quantisation_ids)
+
+
+@dataclass(frozen=True, eq=False)
+class _Evaluation:
+    """All results for one division of the data into fitted and held-out parts."""
+
+    case: Case
+    search_result: SearchResult
+    selection: Selection
+    runs: tuple[HeldOutRun, ...]
+    reduction: HowFar
+    values: Mapping[str, Estimate]
+    calibration: Mapping[str, CalibratedValue]
+    hardly_shown: Sequence[CannotJudge]
+    step: Estimate | None
+    laws: LawsFound | None = None
+
+    @cached_property
+    def decision(self) -> Decision:
+        """The verdict; it is made when it is asked for, because it may need a fit of its own."""
+        nuisance_fit = None
+        if not self.selection.best.effects:
+            nuisance_fit = calibrate_nuisances(self.case, self.search_result.calibrated)
+        return decide(
+            self.case,
+            self.search_result,
+            self.selection,
+            self.reduction,
+            self.calibration,
+            self.hardly_shown,
+            nuisance_fit,
+            self.step,
+            "" if self.laws is None else sentence(self.laws.laws),
+        )
+
+
+def _log_case(case: Case) -> None:
+    """Logs what is compared, and how much of it."""
+    LOGGER.info(
+        "records: %d, %.4g s in all, in windows of %g s; compared: %s%s",
+        len(case.records),
+        sum(len(record) * (record.dt_s or 0.0) for record in case.records),
+        case.window_s,
+        ", ".join(case.outputs),
+        f"; left out: {', '.join(case.left_out)}" if case.left_out else "",
+    )
+
+
+def _tell(
+    look: Look, stage: Stage, found: SearchResult, best: FittedCandidate, tasks: int = 0
+) -> None:
+    """Tells that a stage begins after the search; `tasks` as of `Look`."""
+    look(stage, found.nominal, found.calibrated, [best, *found.fitted()], tasks=tasks)
+
+
+def _leaves_large_gap(evaluation: _Evaluation) -> bool:
+    """Whether the held-out records show a cause that the catalogue lacks, or the fitted records."""
+    if evaluation.selection.posterior.outside < FIT_TOGETHER:
+        return False
+    fitted, held_out = (
+        left(evaluation.case, evaluation.selection.best, part) for part in ("fitted", "held out")
+    )
+    return held_out - fitted > WORSE_HELD_OUT
+
+
+def _evaluate(
+    case: Case,
+    regimes: Sequence[Regimes],
+    options: DiagnosisOptions,
+    pace: Pace,
+    look: Look,
+) -> _Evaluation:
+    search_result = search(case, options.exclude, pace.within, look)
+    selection = select_effects(case, search_result)
+    best = selection.best
+    runs, reduction = results.held_out_results(
+        case, search_result.nominal, search_result.calibrated, best
+    )
+    values, moved = results.estimates(case, best)
+    calibration = results.calibration_of(case, values, moved)
+    hardly_shown = effects_hardly_shown(best, regimes, case.rig.plant)
+    step = position_step(case, options.exclude)
+    return _Evaluation(
+        case, search_result, selection, runs, reduction, values, calibration, hardly_shown, step
+    )
+
+
+def _with_missing_laws(
+    evaluation: _Evaluation, regimes: Sequence[Regimes], pace: Pace, look: Look
+) -> _Evaluation:
+    """Adds the laws of a cause outside of the catalogue, as far as they can be told.
+
+    The set that is then named is that of the effects that the laws do not make needless. Where
+    nothing was named, but such a cause is not excluded, a law that is found can decide.
+    """
+    case, search_result = evaluation.case, evaluation.search_result
+    kind, probabilities = evaluation.selection.answer.kind, evaluation.selection.posterior
+    in_doubt = kind == "healthy" and probabilities.outside >= FIT_TOGETHER
+    # Where the rig without effects has the answer, a law must earn the cost of two effects more.
+    least = 2.0 * EFFECT if in_doubt else 0.0
+    if kind != "outside" and not in_doubt:
+        return evaluation
+    ahead = evaluation.selection.best
+    _tell(look, "laws", search_result, ahead, tasks=2 if ahead.effects else 1)
+    laws = missing_laws(case, search_result.calibrated, ahead, pace.within)
+    if laws is None or laws.evidence < least:
+        return evaluation
+    probabilities = with_law(probabilities, laws.evidence)
+    answer = least_loss(probabilities)
+    if answer.kind != "outside":
+        return evaluation
+    fitted = (search_result.calibrated, *search_result.refined)
+    best = next(
+        (each for each in fitted if set(each.effects) == set(laws.candidate.effects)),
+        laws.candidate,
+    )
+    with_laws = laws.candidate
+    runs, reduction = results.held_out_results(
+        case, search_result.nominal, search_result.calibrated, with_laws
+    )
+    values, moved = results.estimates(case, with_laws)
+    values |= {name: evaluation.values[name] for name in laws.held}
+    return replace(
+        evaluation,
+        selection=Selection(best, (), answer, probabilities),
+        runs=runs,
+        reduction=reduction,
+        values=values,
+        calibration=results.calibration_of(case, values, moved),
+        hardly_shown=effects_hardly_shown(with_laws, regimes, case.rig.plant),
+        laws=laws,
+    )
+
+
+def _design_experiment(
+    case: Case, selection: Selection, progress: Progress
+) -> NextExperiment | None:
+    """Designs an experiment for sets that the data cannot separate."""
+    candidates = [
+        (candidate.effects, candidate.values)
+        for candidate in (selection.best, *selection.rivals[:2])
+    ]
+    span = None
+    limit = None
+    if "cylinder.stroke_m" not in case.rig.values:
+        positions = [record.column("position_m") for record in case.records]
+        span = float(min(p.min() for p in positions)), float(max(p.max() for p in positions))
+        limit = max(float(np.abs(record.column("command_v")).max()) for record in case.records)
+    return next_experiment(
+        case.rig,
+        candidates,
+        case.outputs,
+        case.floors,
+        command_limit_v=limit,
+        span_m=span,
+        progress=progress,
+    )
+
+
+def _roles(records: Sequence[Record], validate: Sequence[Record]) -> dict[str, str]:
+    if not validate:
+        return {record.name: "fit and held out" for record in records}
+    roles = {record.name: "fit" for record in records}
+    return roles | {record.name: "held out" for record in validate}
+
+
+def _settings(case: Case, options: DiagnosisOptions) -> dict[str, object]:
+    return {
+        "window_s": case.window_s,
+        "skip_s": SKIP_S,
+        "reset": "estimate" if case.all_states else "carry",
+        "outputs": list(case.outputs),
+        "outputs_left_out": list(case.left_out),
+        "effects_excluded": list(options.exclude),
+        "substeps": decision_case(case).substeps,
+        "held_out": f"every third block of {BLOCK_S:g} s" if case.blocks else "records",
+        "seed": BOOTSTRAP_SEED,
+    }
+
+
+def _of_record(remark: Remark) -> str:
+    """Returns a remark with the name of its record, as a sentence."""
+    what = f"{remark.what.rstrip('.')}."
+    return f"Record '{remark.record}': {what}" if remark.record else what
+
+
+def _insufficient(
+    rig: Rig,
+    records: Sequence[Record],
+    validate: Sequence[Record],
+    remarks: Sequence[Remark],
+    reasons: Sequence[str],
+    options: DiagnosisOptions,
+    began: float,
+) -> Diagnosis:
+    return Diagnosis(
+        verdict="insufficient_data",
+        sentence=f"These data cannot carry a diagnosis. {reasons[0]}",
+        reasons=tuple(reasons),
+        where=Where(),
+        effects=(),
+        ambiguity_set=(),
+        candidates=(),
+        cannot_judge=(),
+        outside_probability=None,
+        missing_laws=(),
+        next_experiment=None,
+        how_far=None,
+        calibration={},
+        remarks=tuple(remarks),
+        runs=(),
+        rig=rig,
+        augmented_rig=rig,
+        outputs=(),
+        outputs_left_out=(),
+        records=_roles(records, validate),
+        settings={"effects_excluded": list(options.exclude)},
+        seconds=time.monotonic() - began,
+    )

@@ -1,0 +1,222 @@
+# SPDX-License-Identifier: MIT
+"""The case of a diagnosis: a rig, training records and held-out records."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from scipy.signal import welch
+
+import ehsid
+
+from ...catalogue.channels import CHAMBER_PRESSURES
+from ...catalogue.parameters import effects as catalogue
+from ...records import Record
+from ...rigs import Rig
+from ..data.floor import NoiseFloor
+from ..data.sensor_floor import sensor_floor
+from ..thresholds import (
+    LEAST_WINDOW_SAMPLES,
+    MOSTLY_SWINGS,
+    SUBSTEPS,
+    SWING_HZ,
+    WINDOW_S,
+    WINDOW_SWINGING_S,
+)
+from .comparison import Blocks, Compared, compare, varying_outputs
+from .law import Law
+from .machine import effect_starts
+from .parameters import Parameter, calibration_parameters, effect_parameters
+from .problem import Problem
+
+
+@dataclass(frozen=True, eq=False)
+class Case:
+    """All inputs of a fit; they are the same for all candidates.
+
+    Attributes
+    ----------
+    rig
+        the rig as configured in the rig file.
+    training, held_out
+        records to fit and held-out records; all of them have the compared outputs.
+    outputs
+        names of the compared outputs: those that vary by more than noise in every record.
+    left_out
+        names of the outputs that all records have but that are not compared.
+    floors
+        noise floor by output: the largest over the training records.
+    substeps
+        integration steps per sample.
+    blocks
+        true if training and held-out data are different blocks of the same records.
+    window_s, all_states
+        length of the windows in s, and which states are reset in each window, as in `compare`.
+    held
+        values of parameters of effects that are not fitted, by full name.
+    prepared
+        results of `compare` so far, which the fits of all candidates share.
+    """
+
+    rig: Rig
+    training: tuple[Record, ...]
+    held_out: tuple[Record, ...]
+    outputs: tuple[str, ...]
+    left_out: tuple[str, ...]
+    floors: Mapping[str, NoiseFloor]
+    substeps: int = SUBSTEPS
+    blocks: bool = False
+    window_s: float = WINDOW_S
+    all_states: bool = False
+    held: Mapping[str, float] = field(default_factory=dict)
+    prepared: dict[tuple[Record, float, bool, Blocks], Compared] = field(default_factory=dict)
+
+    @property
+    def records(self) -> tuple[Record, ...]:
+        """All records, each of them once."""
+        return self.training if self.blocks else (*self.training, *self.held_out)
+
+    @property
+    def pressures(self) -> bool:
+        """Whether the pressure of at least one chamber is compared."""
+        return any(name in CHAMBER_PRESSURES for name in self.outputs)
+
+    def parameters(
+        self, effects: Sequence[str] = (), *, unseen: bool = False
+    ) -> tuple[Parameter, ...]:
+        """Returns the parameters of the calibration, then those of the effects in the given order.
+
+        `unseen` has the same meaning as in `calibration_parameters`.
+        """
+        parameters = list(calibration_parameters(self.rig, pressures=self.pressures, unseen=unseen))
+        for effect in effects:
+            # The effect replaces its nuisance. The nuisance is held but keeps its place in x.
+            nuisance = catalogue()[effect].nuisance
+            parameters = [p.held() if p.name == nuisance else p for p in parameters]
+            start = effect_starts(effect, self.rig)[0]
+            parameters += [
+                parameter for parameter, _ in effect_parameters(effect, start, self.rig.plant)
+            ]
+        return tuple(
+            replace(p, centre=p.place(self.held[p.name])).held() if p.name in self.held else p
+            for p in parameters
+        )
+
+    def problem(
+        self,
+        effects: Sequence[str] = (),
+        *,
+        window_s: float | None = None,
+        held_out: bool = False,
+        all_states: bool | None = None,
+        unseen: bool = False,
+        white: bool = False,
+        laws: Sequence[Law] = (),
+    ) -> Problem:
+        """Returns the cost of calibration and effects; by default in the windows of the case."""
+        window_s = self.window_s if window_s is None else window_s
+        all_states = self.all_states if all_states is None else all_states
+        records = self.held_out if held_out else self.training
+        blocks: Blocks = ("held out" if held_out else "fit") if self.blocks else "all"
+        return Problem(
+            self.rig,
+            [self._compared(record, window_s, all_states, blocks) for record in records],
+            self.parameters(effects, unseen=unseen),
+            outputs=self.outputs,
+            floors={name: floor.value for name, floor in self.floors.items()},
+            substeps=self.substeps,
+            white=white,
+            swinging=self.all_states,
+            laws=laws,
+        )
+
+    def _compared(
+        self, record: Record, window_s: float, all_states: bool, blocks: Blocks
+    ) -> Compared:
+        key = record, window_s, all_states, blocks
+        if key not in self.prepared:
+            self.prepared[key] = compare(
+                record, window_s=window_s, all_states=all_states, blocks=blocks
+            )
+        return self.prepared[key]
+
+
+def make_case(rig: Rig, training: Sequence[Record], held_out: Sequence[Record] = ()) -> Case:
+    """Selects the compared outputs, their noise floors, the integration steps and the windows.
+
+    If there are no held-out records, blocks of the training records are held out instead.
+
+    Raises
+    ------
+    ValueError
+        there is no training record, a record cannot be compared, or no common output varies by
+        more than its noise.
+    """
+    blocks = not held_out
+    records = [*training, *held_out]
+    if not training:
+        raise ValueError("the diagnosis needs a record")
+    compared = [compare(record) for record in records]
+    common = [
+        name for name in compared[0].outputs if all(name in record.outputs for record in compared)
+    ]
+    floors = {name: _floor(training, name, rig) for name in common}
+    values = {name: floor.value for name, floor in floors.items()}
+    varying = [set(varying_outputs(record, values)) for record in compared]
+    outputs = tuple(name for name in common if all(name in names for names in varying))
+    if not outputs:
+        raise ValueError("no output moves by more than its noise: there is nothing to compare")
+    left_out = tuple(name for name in common if name not in outputs)
+    compared_floors = {name: floors[name] for name in outputs}
+    dt_s = max(record.dt_s for record in compared)
+    substeps = max(SUBSTEPS, ehsid.plant_substeps(rig.plant, rig.plant_values(), dt_s))
+    return Case(
+        rig,
+        tuple(training),
+        tuple(training if blocks else held_out),
+        outputs,
+        left_out,
+        compared_floors,
+        substeps,
+        blocks,
+        *_windows(records),
+    )
+
+
+def _windows(records: Sequence[Record]) -> tuple[float, bool]:
+    """Length of the windows in s, and whether each window starts from all measured states.
+
+    The windows are short if all records show mainly a limit cycle. Half a second then holds so many
+    periods that a slightly stiffer servo loses the phase, which hides all other errors.
+    """
+    if min(map(_swings, records)) > MOSTLY_SWINGS:
+        return WINDOW_SWINGING_S, True
+    return max(
+        WINDOW_S, LEAST_WINDOW_SAMPLES * max(record.dt_s or 0.0 for record in records)
+    ), False
+
+
+def _swings(record: Record) -> float:
+    """Share of the signal power above SWING_HZ, that is, above the frequencies of commands.
+
+    The signal is the pressure in chamber A if it is measured, else the speed.
+    """
+    if "pressure_a_pa" in record.columns:
+        signal = record.column("pressure_a_pa")
+    else:
+        signal = np.diff(record.column("position_m"))
+    assert record.dt_s is not None
+    length = min(signal.size, round(1.0 / record.dt_s))
+    frequency, power = welch(signal, 1.0 / record.dt_s, nperseg=length)
+    # White noise also has power in the upper band. It must not count as a limit cycle.
+    power = np.maximum(power - 2.0 * np.median(power), 0.0)
+    total = float(power.sum())
+    return float(power[frequency > SWING_HZ].sum()) / total if total > 0.0 else 0.0
+
+
+def _floor(records: Sequence[Record], name: str, rig: Rig) -> NoiseFloor:
+    """Largest noise floor over the records: what is explained in one may be noise in another."""
+    floors = (sensor_floor(record, name, rig) for record in records)
+    return max(floors, key=lambda floor: floor.value)

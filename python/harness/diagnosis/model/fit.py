@@ -1,0 +1,171 @@
+# SPDX-License-Identifier: MIT
+"""Minimisation of the cost of a problem by the Levenberg-Marquardt method inside bounds.
+
+J. Nocedal, S. Wright, Numerical Optimization, 2nd ed., Springer 2006, ch. 10 and 16.7. A step
+changes the parameters that are not held at a bound. It is then projected into the bounds.
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from ...base.arrays import FloatArray
+from .linear import Linear
+from .problem import Problem, Step
+
+DAMPING = 1e-2
+DAMPING_DECREASE, DAMPING_INCREASE = 1.0 / 6.0, 8.0
+# Successful steps reduce the damping, down to 1e-9. From there it takes this many tries until the
+# damping makes a step short.
+TRIES = 10
+TRIES_STALE = 2
+# A smaller decrease in cost counts as no decrease. Costs are log-likelihoods, in which a difference
+# of 1 is about a standard error.
+GAIN = 1e-2
+# Number of steps from an evaluation of exact sensitivities to the next, and the smallest ratio of
+# actual to predicted decrease with which a fit continues without an evaluation.
+SENSITIVITY_STEPS = 4
+AGREEMENT = 0.25
+
+
+@dataclass(frozen=True, eq=False)
+class Fit:
+    """Result of a fit.
+
+    Attributes
+    ----------
+    x
+        shape (n,), final parameters, inside the bounds.
+    cost
+        cost at x, nats.
+    iterations
+        number of steps taken.
+    converged
+        true if the last step decreased the cost by less than GAIN, or no step decreased it.
+    """
+
+    x: FloatArray
+    cost: float
+    iterations: int
+    converged: bool
+
+
+def fit(
+    problem: Problem, start: FloatArray, *, iterations: int = 15, first: Linear | None = None
+) -> Fit:
+    """Minimises the cost of a problem in at most `iterations` >= 1 steps; see `descent`."""
+    *_, last = itertools.islice(descent(problem, start, first), iterations)
+    return last
+
+
+def descent(problem: Problem, start: FloatArray, first: Linear | None = None) -> Iterator[Fit]:
+    """Yields the fit after each step from a start, which is first moved inside the bounds.
+
+    The steps end when the fit has converged. Exact sensitivities cost ten simulations. They are
+    computed at the start, after SENSITIVITY_STEPS steps, or if the cost does not decrease as
+    predicted. In between they are updated from the errors at each new point; `age` counts these
+    updates. `first` replaces the sensitivities of the first parameters at the start.
+    """
+    x = np.clip(np.asarray(start, dtype=np.float64), problem.low, problem.high)
+    damping = DAMPING
+    linear, age = problem.linear(x, first), 0 if first is None else 1
+    model = problem.form(x, linear)
+    for iteration in itertools.count():
+        point = _try(problem, x, model, damping, TRIES if age == 0 else TRIES_STALE)
+        if point is None:
+            yield Fit(x, model.cost, iteration if age == 0 else iteration + 1, age == 0)
+            if age == 0:
+                return
+            linear, age = problem.linear(x), 0
+            model = problem.form(x, linear)
+            continue
+        decrease, predicted = model.cost - point.cost, point.predicted
+        step, x = point.x - x, point.x
+        converged = decrease < GAIN and age == 0
+        yield Fit(x, point.cost, iteration + 1, converged)
+        if converged:
+            return
+        damping = max(point.damping * DAMPING_DECREASE, 1e-9)
+        if decrease < GAIN or decrease < AGREEMENT * predicted or age + 1 == SENSITIVITY_STEPS:
+            linear, age = problem.linear(x), 0
+        else:
+            linear, age = linear.updated(step, point.errors, np.diag(model.hessian)), age + 1
+        model = problem.form(x, linear)
+
+
+def best_of(descents: Sequence[Iterator[Fit]], *, iterations: int, kept: int) -> Fit:
+    """Takes a step from each of several starts, then the others from the `kept` best of them.
+
+    Returns the fit of the lowest cost after at most `iterations` steps from any start.
+    """
+    fits = [next(each) for each in descents]
+    order = sorted(range(len(fits)), key=lambda i: fits[i].cost)
+    for i in order[:kept]:
+        for later in itertools.islice(descents[i], iterations - 1):
+            fits[i] = later
+    return min(fits, key=lambda each: each.cost)
+
+
+@dataclass(frozen=True, eq=False)
+class _Point:
+    """A point of lower cost, its errors, the damping that led there, and the predicted decrease."""
+
+    x: FloatArray
+    cost: float
+    errors: Mapping[str, FloatArray]
+    damping: float
+    predicted: float
+
+
+def _try(problem: Problem, x: FloatArray, model: Step, damping: float, tries: int) -> _Point | None:
+    """Tries damped steps, each shorter than the last, until the cost decreases.
+
+    The result is None if no step decreases the cost.
+    """
+    at_bound = ((x <= problem.low) & (model.gradient > 0.0)) | (
+        (x >= problem.high) & (model.gradient < 0.0)
+    )
+    diagonal = np.diag(model.hessian)
+    floor = 1e-12 * float(diagonal[~at_bound].max(initial=1e-300))
+    for _ in range(tries):
+        damped = model.hessian + damping * np.diag(diagonal + floor)
+        step = _inside(model.gradient, damped, problem.low - x, problem.high - x, ~at_bound)
+        candidate = np.clip(x + step, problem.low, problem.high)
+        errors = problem.coefficients(candidate)
+        cost = problem.cost_of(candidate, errors)
+        if cost < model.cost:
+            taken = candidate - x
+            predicted = -float(model.gradient @ taken + 0.5 * taken @ model.hessian @ taken)
+            return _Point(candidate, cost, errors, damping, predicted)
+        damping = max(damping * DAMPING_INCREASE, 1e-4)
+    return None
+
+
+def _inside(
+    gradient: FloatArray,
+    hessian: FloatArray,
+    low: FloatArray,
+    high: FloatArray,
+    free: npt.NDArray[np.bool_],
+) -> FloatArray:
+    """Step, shape (n,), that nearly minimises a quadratic model inside bounds of the step.
+
+    Parameters that are not free stay. Those that would cross a bound go to it, and the others are
+    determined anew, until none crosses: a step that is cut off at the bounds afterwards can lead
+    uphill where parameters stand in for one another.
+    """
+    step, free = np.zeros_like(gradient), free.copy()
+    while free.any():
+        rest = gradient[free] + hessian[np.ix_(free, ~free)] @ step[~free]
+        step[free] = -np.linalg.solve(hessian[np.ix_(free, free)], rest)
+        crossing = free & ((step < low) | (step > high))
+        if not crossing.any():
+            break
+        step = np.clip(step, low, high)
+        free &= ~crossing
+    return step

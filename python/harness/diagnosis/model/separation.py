@@ -1,0 +1,219 @@
+# SPDX-License-Identifier: MIT
+"""Evidence by which a record separates candidates after each of them is fitted to it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.stats import norm
+
+from ...base.arrays import FloatArray
+from ...catalogue.keys import sizes_of
+from ...catalogue.parameters import effects as catalogue
+from ...records import Record
+from ...rigs import Rig
+from ...signals.simulation import simulate
+from ..deciding import EVIDENCE
+from ..thresholds import DESIGN_ERROR, ITERATIONS, SEPARATED_NATS, SUBSTEPS
+from .comparison import Compared, compare
+from .fit import fit
+from .likelihood import OutputLikelihood
+from .parameters import Parameter, calibration_parameters, effect_parameters
+from .problem import Problem
+
+# A candidate: its effects, and its values of the plant by full name.
+CandidateModel = tuple[tuple[str, ...], Mapping[str, float]]
+
+
+@dataclass(frozen=True)
+class Separation:
+    """Separation of a candidate from the best candidate by a record.
+
+    Attributes
+    ----------
+    nats
+        evidence by which the candidate, fitted to the record, is below the best candidate.
+    deviation
+        its standard deviation, nats, by the scatter over the windows and by the noise.
+    """
+
+    nats: float
+    deviation: float
+
+    @property
+    def power(self) -> float:
+        """Probability that the evidence exceeds SEPARATED_NATS.
+
+        P = Phi((nats - SEPARATED_NATS) / deviation), because a mean over windows is nearly normal.
+        """
+        if self.deviation <= 0.0:
+            return float(self.nats > SEPARATED_NATS)
+        return float(norm.cdf((self.nats - SEPARATED_NATS) / self.deviation))
+
+
+def parameters_of(rig: Rig, candidate: CandidateModel) -> tuple[tuple[Parameter, ...], FloatArray]:
+    """Returns the parameters of calibration and effects of a candidate, and their x, shape (n,)."""
+    effects, values = candidate
+    parameters = list(calibration_parameters(rig))
+    x = [p.place(values[p.name]) if p.name in values else p.centre for p in parameters]
+    for effect in effects:
+        for parameter, place in effect_parameters(effect, sizes_of(effect, values), rig.plant):
+            parameters.append(parameter)
+            x.append(place)
+    return tuple(parameters), np.array(x)
+
+
+def separations(
+    rig: Rig,
+    candidates: Sequence[CandidateModel],
+    record: Record,
+    floors: Mapping[str, float],
+    *,
+    iterations: int = ITERATIONS,
+) -> list[Separation]:
+    """Computes the evidence by which a record separates each candidate from the best one.
+
+    All candidates are fitted to the record. With the powers P_b of the errors in band b, the
+    tolerated powers t_b and the numbers n_b of independent coefficients, see `likelihood`, the
+    evidence is that of the decision:
+
+        nats = EVIDENCE sum_b (n_b / 2) ln((P_b(other) + t_b) / (P_b(best) + t_b)) / sum_b n_b
+
+    over all outputs. The record is a simulation without noise; t_b includes the power of noise.
+    The variance of `nats` is that of its mean over the windows, with the logarithm linearised, and
+    that of the products of errors and noise: such a product has the mean square P_b t_b at most.
+
+    A candidate that contains the best one can always reproduce its outputs. The question is then
+    whether the best one can reproduce those of the larger candidate. The record is therefore
+    replaced by the outputs of the larger candidate on the same command.
+
+    Parameters
+    ----------
+    rig
+        the rig as configured in the rig file.
+    candidates
+        effects and values of each candidate, the best first; at least two.
+    record
+        record without noise: the command, and the outputs of the best candidate.
+    floors
+        standard deviation of the noise, by measured output.
+    iterations
+        largest number of steps of each fit.
+    """
+    best, compared = candidates[0], compare(record)
+    of_best = _fitted(rig, best, compared, floors, iterations)
+    results = []
+    for other in candidates[1:]:
+        if contains(other[0], best[0]):
+            replayed = compare(_replayed(rig, other, record))
+            pair = [
+                _fitted(rig, candidate, replayed, floors, iterations) for candidate in (other, best)
+            ]
+            results.append(_separation(replayed, floors, *pair))
+        else:
+            fitted = _fitted(rig, other, compared, floors, iterations)
+            results.append(_separation(compared, floors, of_best, fitted))
+    return results
+
+
+def contains(larger: Sequence[str], smaller: Sequence[str]) -> bool:
+    """Whether the larger set of effects can reproduce every behaviour of the smaller one."""
+    able = {*larger, *(catalogue()[effect].contains for effect in larger)}
+    return set(smaller) <= able
+
+
+def _replayed(rig: Rig, candidate: CandidateModel, record: Record) -> Record:
+    """Simulates a candidate on the command of a record, from the initial position of the record."""
+    assert record.dt_s is not None
+    start = float(record.column("position_m")[0])
+    command = record.column("command_v")
+    return simulate(
+        rig, command, dt_s=record.dt_s, position0_m=start, values=dict(candidate[1])
+    ).record
+
+
+@dataclass(frozen=True, eq=False)
+class _Fitted:
+    """A candidate after its fit to a record.
+
+    Attributes
+    ----------
+    likelihoods
+        likelihood by output.
+    rms
+        root mean square error by output, in the unit of the output.
+    powers
+        mean squared coefficients by window, output and band, shape (W, outputs, BANDS).
+    """
+
+    likelihoods: Mapping[str, OutputLikelihood]
+    rms: Mapping[str, float]
+    powers: FloatArray
+
+
+def _fitted(
+    rig: Rig,
+    candidate: CandidateModel,
+    compared: Compared,
+    floors: Mapping[str, float],
+    iterations: int,
+) -> _Fitted:
+    """Fits a candidate from its values."""
+    parameters, x = parameters_of(rig, candidate)
+    problem = Problem(
+        rig,
+        [compared],
+        parameters,
+        outputs=tuple(floors),
+        floors=floors,
+        substeps=SUBSTEPS,
+        fixed=dict(candidate[1]),
+    )
+    simulated = problem.simulate(fit(problem, x, iterations=iterations).x)
+    sums = problem.window_powers(problem.coefficients_of(simulated))
+    in_window = np.maximum(problem.spectrum.sizes / problem.spectrum.windows, 1.0)
+    errors = problem.errors_of(simulated)
+    return _Fitted(
+        problem.likelihoods, {name: _rms(errors[name]) for name in errors}, sums / in_window
+    )
+
+
+def _separation(
+    compared: Compared, floors: Mapping[str, float], best: _Fitted, other: _Fitted
+) -> Separation:
+    if any(
+        best.rms[name] > _largest_acceptable_error(compared, name, floor)
+        for name, floor in floors.items()
+    ):
+        # The integration steps of the fits are too long for this record. It has no information.
+        return Separation(0.0, 0.0)
+    windows = best.powers.shape[0]
+    likelihoods = best.likelihoods.values()
+    scale = EVIDENCE / sum(float(likelihood.counts.sum()) for likelihood in likelihoods)
+    nats, by_window, noise = 0.0, np.zeros(windows), 0.0
+    for place, likelihood in enumerate(likelihoods):
+        half, tolerated = 0.5 * scale * likelihood.counts, likelihood.tolerated
+        for fitted, sign in ((other, 1.0), (best, -1.0)):
+            powers = fitted.powers[:, place]
+            mean = powers.mean(axis=0)
+            total = mean + tolerated
+            nats += sign * float(half @ np.log(total))
+            # d (n / 2) ln(P + t) = (n / 2) dP / (P + t)
+            by_window += sign * powers @ (half / total)
+            # P changes by 2 mean(c e), of variance 4 P t / R, with noise e and R coefficients c.
+            variance = 4.0 * mean * tolerated / np.maximum(likelihood.spectrum.sizes, 1.0)
+            noise += float((half / total) ** 2 @ variance)
+    scatter = float(np.var(by_window, ddof=1)) / windows if windows > 1 else 0.0
+    return Separation(nats, float(np.sqrt(scatter + noise)))
+
+
+def _rms(errors: FloatArray) -> float:
+    return float(np.sqrt(np.mean(errors**2)))
+
+
+def _largest_acceptable_error(compared: Compared, name: str, floor: float) -> float:
+    """Largest acceptable rms error of the best candidate on its own record, unit of the output."""
+    spread = _rms(compared.centred(compared.outputs[name]))
+    return max(floor, DESIGN_ERROR * spread)

@@ -1,0 +1,182 @@
+# SPDX-License-Identifier: MIT
+"""Errors of the windows of records by frequency.
+
+The errors e_0 ... e_(N-1) of a window are replaced by their discrete cosine transform, type II,
+
+    c_k = sqrt(2 / N) sum_t e_t cos(pi k (t + 1/2) / N),  k > 0;  c_0 = sum_t e_t / sqrt(N)
+
+which is orthonormal: white noise keeps its variance in each coefficient. The coefficients of a
+coloured disturbance are nearly independent of each other (N. Ahmed, T. Natarajan, K. R. Rao, IEEE
+Trans. Computers C-23(1), 1974), unlike its samples. A window may start and end at any value; the
+Fourier transform would see a jump there.
+
+The position of a rod integrates its flow, so that its error drifts. In the transform of a ramp each
+coefficient falls with 1 / k^2 only, and a drift would hide the faster errors. Of a position the
+differences of neighbouring samples are therefore transformed: a steady drift is c_0 alone.
+
+Coefficient k belongs to the frequency k / (2 T) with T the length of the window. Coefficients of
+one octave form a band: 0 | 1 | 2, 3 | 4 ... 7 | 8 ... 15 | and so on.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cache, cached_property
+
+import numpy as np
+import numpy.typing as npt
+from scipy.fft import dct, idct
+
+from ...base.arrays import FloatArray
+from .comparison import Compared
+
+# Number of bands. In windows of half a second the highest one ends at 256 Hz: above it, the servos
+# that this is for show the noise of their sensors only.
+BANDS = 9
+
+
+@dataclass(frozen=True)
+class _Part:
+    """Coefficients of one record: W windows of N samples, of which K coefficients are kept."""
+
+    windows: int
+    length: int
+    kept: int
+    first: int
+
+    @property
+    def rows(self) -> int:
+        return self.windows * self.kept
+
+    def band_ends(self, number: int) -> tuple[int, int]:
+        """First coefficient of a band, and the one after its last."""
+        begin, end = (min(k, self.kept) for k in ((1 << number) >> 1, 1 << number))
+        return begin, end
+
+    def band(self, number: int) -> slice:
+        """Rows of a band; the first rows hold coefficient 0 of each window, the next ones 1."""
+        begin, end = self.band_ends(number)
+        return slice(self.first + self.windows * begin, self.first + self.windows * end)
+
+
+class Spectrum:
+    """Transform of the errors inside the windows of records, and the bands of its coefficients.
+
+    Windows that are shorter than the others of their record, at its end, are left out.
+
+    Parameters
+    ----------
+    records
+        records with windows; the same length of window in all of them, in s.
+    """
+
+    def __init__(self, records: Sequence[Compared]) -> None:
+        parts, first = [], 0
+        for record in records:
+            windows, length = record.full_windows
+            # There is one difference less than samples.
+            parts.append(_Part(windows, length, min(length - 1, 1 << (BANDS - 1)), first))
+            first += parts[-1].rows
+        self._parts = tuple(parts)
+
+    @cached_property
+    def bands(self) -> tuple[tuple[slice, ...], ...]:
+        """Rows of the coefficients of each band, record by record; BANDS tuples."""
+        return tuple(tuple(part.band(number) for part in self._parts) for number in range(BANDS))
+
+    @cached_property
+    def sizes(self) -> FloatArray:
+        """Number of coefficients in each band, shape (BANDS,)."""
+        return np.array([sum(s.stop - s.start for s in rows) for rows in self.bands], dtype=float)
+
+    def noise_gain(self, *, differences: bool) -> FloatArray:
+        """Variance of the coefficients of each band for white noise of variance 1, (BANDS,).
+
+        It is 1 in an empty band.
+        """
+        if not differences:
+            return np.ones(BANDS)
+        sums = np.zeros(BANDS)
+        for part in self._parts:
+            by_coefficient = _noise_of_differences(part.length, part.kept)
+            for number in range(BANDS):
+                begin, end = part.band_ends(number)
+                sums[number] += part.windows * float(by_coefficient[begin:end].sum())
+        return np.where(self.sizes > 0.0, sums / np.maximum(self.sizes, 1.0), 1.0)
+
+    @property
+    def windows(self) -> int:
+        """Number of windows of all records together."""
+        return sum(part.windows for part in self._parts)
+
+    def transform(self, errors: Sequence[FloatArray], *, differences: bool) -> FloatArray:
+        """Returns the coefficients of errors, shape (R,) or (R, n).
+
+        errors: for each record the rows inside its windows, as `Compared.inside` gives them, shape
+        (any, ) or (any, n). differences: those of neighbouring samples are transformed, so that the
+        mean of a window does not count.
+        """
+        shape = errors[0].shape[1:]
+        result = np.empty((sum(part.rows for part in self._parts), *shape))
+        for part, rows in zip(self._parts, errors, strict=True):
+            block = rows[: part.windows * part.length].reshape(part.windows, part.length, *shape)
+            if differences:
+                block = np.diff(block, axis=1)
+            kept = dct(block, type=2, norm="ortho", axis=1)[:, : part.kept]
+            target = result[part.first : part.first + part.rows]
+            target.reshape(part.kept, part.windows, *shape)[...] = np.swapaxes(kept, 0, 1)
+        return result
+
+    def powers(self, coefficients: FloatArray) -> FloatArray:
+        """Mean square of the coefficients (R,) of each band, shape (BANDS,); 0 in an empty band."""
+        sums = [sum(float(coefficients[s] @ coefficients[s]) for s in rows) for rows in self.bands]
+        return np.array(sums) / np.maximum(self.sizes, 1.0)
+
+    def by_window(self, rows: FloatArray) -> FloatArray:
+        """Sums of rows (R,) by window and band, shape (W, BANDS)."""
+        sums = np.zeros((self.windows, BANDS))
+        first = 0
+        for index, part in enumerate(self._parts):
+            for number in range(BANDS):
+                block = rows[self.bands[number][index]].reshape(-1, part.windows)
+                sums[first : first + part.windows, number] = block.sum(axis=0)
+            first += part.windows
+        return sums
+
+    def in_windows(self, rows: FloatArray) -> list[FloatArray]:
+        """Divides rows (R, ...) by record and window: (windows, coefficients, ...) of each."""
+        return [
+            np.swapaxes(
+                rows[part.first : part.first + part.rows].reshape(
+                    part.kept, part.windows, *rows.shape[1:]
+                ),
+                0,
+                1,
+            )
+            for part in self._parts
+        ]
+
+    def window_of_rows(self) -> npt.NDArray[np.int64]:
+        """Number of the window of each row, counted through all records, shape (R,)."""
+        numbers, first = [], 0
+        for part in self._parts:
+            numbers.append(np.tile(np.arange(first, first + part.windows), part.kept))
+            first += part.windows
+        return np.concatenate(numbers)
+
+    def spread(self, by_band: FloatArray) -> FloatArray:
+        """Repeats a number of each band, shape (BANDS,), for each of its rows, shape (R,)."""
+        rows = np.empty(sum(part.rows for part in self._parts))
+        for number, slices in enumerate(self.bands):
+            for s in slices:
+                rows[s] = by_band[number]
+        return rows
+
+
+@cache
+def _noise_of_differences(length: int, kept: int) -> FloatArray:
+    """Variance of each coefficient of the differences of white noise of variance 1, (kept,)."""
+    # c = B D e, var c_k = |D' b_k|^2, with D the differences and b_k the rows of the transform B
+    basis = idct(np.eye(length - 1)[:kept], type=2, norm="ortho", axis=1)
+    return np.asarray(np.sum(np.diff(basis, prepend=0.0, append=0.0) ** 2, axis=1))

@@ -1,0 +1,315 @@
+# SPDX-License-Identifier: MIT
+"""Fits of candidates: the calibration alone or with effects, each with the same budget."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+
+import numpy as np
+
+from ...base.arrays import FloatArray
+from ...base.parallel import run_threads, run_together
+from ...catalogue.keys import ParameterKey, effect_values, sizes_of
+from ...catalogue.parameters import effects as catalogue
+from ...rigs.table_law import TableLaw
+from ..model.case import Case
+from ..model.fit import Fit, best_of, descent, fit
+from ..model.law import Law
+from ..model.linear import Linear
+from ..model.machine import effect_starts, machine_scale
+from ..model.parameters import effect_parameters
+from ..model.problem import Problem
+from ..thresholds import (
+    COLD_WINDOWS_S,
+    DECISION_SUBSTEPS,
+    ITERATIONS,
+    ITERATIONS_COLD,
+    ITERATIONS_FINE,
+    ITERATIONS_SCREEN,
+    LEAST_COLD_SAMPLES,
+    MOST_SIGMAS,
+    SLEWS_1_S,
+    STIFFNESS_STARTS,
+    STIFFNESS_STEPS,
+)
+from .gap_reduction import WindowSums, window_sums
+
+SLEW = "nuisance.spool_slew_1_s"
+STIFFNESS = "fluid.bulk_modulus_pa"
+
+# Of all starts of a short fit, so many go on after the first step. In 217 short fits of six
+# development records the best start was behind these after one step twice, and then at the end by
+# at most 3 nats.
+STARTS_KEPT = 2
+
+
+@dataclass(frozen=True, eq=False)
+class FittedCandidate:
+    """Candidate explanation of the records: the calibrated rig with a set of effects.
+
+    Attributes
+    ----------
+    effects
+        ids of the effects; none for the calibration alone.
+    x
+        fitted parameters, shape (n,), in the order of `Case.parameters(effects)`, then those of the
+        laws.
+    values
+        the same as values of the plant, by full name, without those of the laws.
+    cost
+        cost on the training records, prior included, nats.
+    held_out_cost
+        cost on the held-out records, without the prior, nats.
+    converged
+        whether the fit converged within its iterations.
+    squares, counts
+        held-out errors by window: sums of squares, shape (W, outputs), and numbers of samples,
+        shape (W,). The mean of each window is subtracted from the errors of the position.
+    powers, fit_powers
+        sums of squared coefficients by window, output and band, shape (W, outputs, BANDS), of the
+        held-out and of the training records; see `model.spectrum`.
+    sums
+        sums over the held-out windows from which the gap follows as the contract defines it.
+    laws
+        laws without a name that were fitted with the effects.
+    """
+
+    effects: tuple[str, ...]
+    x: FloatArray
+    values: Mapping[str, float]
+    cost: float
+    held_out_cost: float
+    converged: bool
+    squares: FloatArray
+    counts: FloatArray
+    powers: FloatArray
+    fit_powers: FloatArray
+    sums: WindowSums
+    laws: tuple[Law, ...] = ()
+
+    def tables(self) -> dict[str, TableLaw]:
+        """The fitted laws as tables of a rig file, by name."""
+        tables, first = {}, self.x.size - sum(law.knots.size for law in self.laws)
+        for law in self.laws:
+            end = first + law.knots.size
+            tables[law.name] = law.table(self.x[first:end])
+            first = end
+        return tables
+
+
+def evaluate(
+    case: Case, effects: tuple[str, ...], fitted: Fit, laws: Sequence[Law] = ()
+) -> FittedCandidate:
+    """Returns a fit of effects and laws with its costs and errors on all data."""
+    held_out = case.problem(effects, held_out=True, laws=laws)
+    named = case.parameters(effects)
+    values = {p.name: p.value(float(x)) for p, x in zip(named, fitted.x, strict=False)}
+    simulated = held_out.simulate(fitted.x)
+    errors = held_out.errors_of(simulated)
+    squares, counts = held_out.window_squares(errors)
+    coefficients = held_out.coefficients_of(simulated)
+    training = case.problem(effects, laws=laws)
+    return FittedCandidate(
+        effects,
+        fitted.x,
+        values,
+        fitted.cost,
+        held_out.fit_cost(coefficients),
+        fitted.converged,
+        squares,
+        counts,
+        held_out.window_powers(coefficients),
+        training.window_powers(training.coefficients(fitted.x)),
+        window_sums(held_out.records, simulated, case.outputs),
+        tuple(laws),
+    )
+
+
+def _best(fits: Sequence[Fit]) -> Fit:
+    return min(fits, key=lambda fitted: fitted.cost)
+
+
+def decision_case(case: Case) -> Case:
+    """Returns the case with the finer integration steps that decisions are based on."""
+    return replace(case, substeps=max(case.substeps, DECISION_SUBSTEPS))
+
+
+def nominal_candidate(case: Case) -> FittedCandidate:
+    """Returns the rig as configured, without any fit, with nuisances at their typical values."""
+    problem = decision_case(case).problem()
+    x = problem.centre()
+    return evaluate(decision_case(case), (), Fit(x, problem.cost(x), 0, True))
+
+
+def calibrate(case: Case, starts: Sequence[FloatArray] = ()) -> FittedCandidate:
+    """Fits the rig without effects, from its priors and from any other starts.
+
+    From the priors it starts directly, and also after fits in short windows: in windows of half a
+    second a cold start can settle on a wrong multiple of the frequency of a limit cycle, in short
+    windows it cannot.
+    """
+    problem = case.problem()
+    dt_s = max(record.dt_s or 0.0 for record in case.records)
+    windows_s = [window_s for window_s in COLD_WINDOWS_S if window_s >= LEAST_COLD_SAMPLES * dt_s]
+    slow = _stiffness_starts(problem) if len(windows_s) < len(COLD_WINDOWS_S) else []
+    fits = [
+        partial(_fit_in_short_windows_first, case, windows_s),
+        *(
+            partial(fit, problem, start, iterations=ITERATIONS)
+            for start in (problem.centre(), *slow, *starts)
+        ),
+    ]
+    return refine(case, (), _with_slower_spool(problem, _best(run_together(fits))).x)
+
+
+def _fit_in_short_windows_first(case: Case, windows_s: Sequence[float]) -> Fit:
+    """Fits the calibration from the priors in ever longer windows, then in those of the case."""
+    problem = case.problem()
+    x = problem.centre()
+    for window_s in windows_s:
+        short_problem = case.problem(window_s=window_s, all_states=True, white=True)
+        x = fit(short_problem, x, iterations=ITERATIONS_COLD).x
+    return fit(problem, x, iterations=ITERATIONS)
+
+
+def _stiffness_starts(problem: Problem) -> list[FloatArray]:
+    """Starts with several stiffnesses of the oil, best first, for slowly sampled records.
+
+    Where the sampling does not follow the oil spring, there are no short windows in which its phase
+    could be followed, and the cost has a minimum at each of many frequencies.
+    """
+    names = [parameter.name for parameter in problem.parameters]
+    if STIFFNESS not in names:
+        return []
+    index = names.index(STIFFNESS)
+    parameter = problem.parameters[index]
+    trials = []
+    for step in np.linspace(-MOST_SIGMAS, MOST_SIGMAS, STIFFNESS_STEPS):
+        trial = problem.centre()
+        place = parameter.centre + step * parameter.sigma
+        trial[index] = min(max(place, parameter.low), parameter.high)
+        trials.append(trial)
+    costs = np.array([problem.cost(trial) for trial in trials])
+    padded = np.pad(costs, 1, constant_values=np.inf)
+    minima = np.flatnonzero((costs <= padded[:-2]) & (costs <= padded[2:]))
+    return [trials[k] for k in sorted(minima, key=lambda k: float(costs[k]))][:STIFFNESS_STARTS]
+
+
+def _with_slower_spool(problem: Problem, best: Fit) -> Fit:
+    """Fits again with a slower spool where that lowers the cost; returns the better fit."""
+    slower = _slower_spool(problem, best)
+    return best if slower is None else _best([best, fit(problem, slower, iterations=ITERATIONS)])
+
+
+def _slower_spool(problem: Problem, best: Fit) -> FloatArray | None:
+    """Returns the values with the best limit of the spool's speed if that lowers the cost, or None.
+
+    Several limits are tried, because the cost has no gradient by a limit that nothing reaches.
+    """
+    names = [parameter.name for parameter in problem.parameters]
+    if SLEW not in names:
+        return None
+    index = names.index(SLEW)
+    trials = np.tile(best.x, (len(SLEWS_1_S), 1))
+    trials[:, index] = [problem.parameters[index].place(slew) for slew in SLEWS_1_S]
+    costs = run_threads([partial(problem.cost, x) for x in trials])
+    lowest = int(np.argmin(costs))
+    return trials[lowest] if costs[lowest] < best.cost else None
+
+
+@dataclass(frozen=True, eq=False)
+class FitStart:
+    """Values from which a fit starts, shape (n,), with the sensitivities of the errors there."""
+
+    x: FloatArray
+    linear: Linear
+
+
+def linearised_start(case: Case, effects: tuple[str, ...], x: FloatArray) -> FitStart:
+    """Returns the values x of a candidate as a start, with the sensitivities there."""
+    linear = case.problem(effects).linear(x)
+    for name in case.outputs:
+        linear.gram(name)  # once, not in each of the tasks that start here
+    return FitStart(x, linear)
+
+
+def calibrate_nuisances(case: Case, calibrated: FittedCandidate) -> FittedCandidate:
+    """Fits the nuisances only; the rig's own values stay as in the rig file."""
+    fine = decision_case(case)
+    coarse, exact = case.problem(), fine.problem()
+    is_rig_value = [not ParameterKey(parameter.name).is_nuisance for parameter in coarse.parameters]
+    centre = coarse.centre()
+    for problem in (coarse, exact):
+        problem.low = np.where(is_rig_value, centre, problem.low)
+        problem.high = np.where(is_rig_value, centre, problem.high)
+    fits = [partial(fit, coarse, start, iterations=ITERATIONS) for start in (calibrated.x, centre)]
+    fitted = _with_slower_spool(coarse, _best(run_together(fits)))
+    # Held values make the minimum narrow, so that the fit needs twice the steps.
+    fitted = fit(coarse, fitted.x, iterations=ITERATIONS)
+    return evaluate(fine, (), fit(exact, fitted.x, iterations=ITERATIONS_FINE))
+
+
+def screen(case: Case, effects: tuple[str, ...], fit_starts: Sequence[FitStart]) -> FittedCandidate:
+    """Makes short fits from each active size of the last effect and each start; returns the best.
+
+    fit_starts: values of the calibration and of all effects but the last. A calibration without the
+    effect may have moved by many deviations to hide it, so that the values in the rig file are a
+    start of their own.
+    """
+    problem = case.problem(effects)
+    sizes = [
+        [x for _, x in effect_parameters(effects[-1], start, case.rig.plant)]
+        for start in effect_starts(effects[-1], case.rig)
+    ]
+    descents = [
+        descent(problem, np.concatenate([fit_start.x, size]), fit_start.linear)
+        for size in sizes
+        for fit_start in fit_starts
+    ]
+    return evaluate(
+        case, effects, best_of(descents, iterations=ITERATIONS_SCREEN, kept=STARTS_KEPT)
+    )
+
+
+def grown_from(case: Case, simpler: FittedCandidate, effects: tuple[str, ...]) -> FittedCandidate:
+    """Makes a short fit of a set of which a simpler law was fitted.
+
+    The minimum of the cost is much narrower than that of the simpler law, and near it.
+
+    effects: those of `simpler`, with one law in place of the simpler one that it contains.
+    """
+    problem = case.problem(effects)
+    (effect,) = set(effects) - set(simpler.effects)
+    contained = catalogue()[effect].contains
+    assert contained is not None
+    names = [parameter.name for parameter in problem.parameters]
+    starts = []
+    for sizes in catalogue()[effect].grown(
+        sizes_of(contained, simpler.values), machine_scale(case.rig)
+    ):
+        values = {**simpler.values, **effect_values(effect, sizes)}
+        starts.append(np.array([p.place(values[p.name]) for p in problem.parameters]))
+    # All starts share the sensitivities of the rig and of the effects before the law.
+    own = next(i for i, name in enumerate(names) if ParameterKey(name).effect == effect)
+    shared = problem.linear(starts[0]).leading(own)
+    descents = [descent(problem, x, shared) for x in starts]
+    return evaluate(
+        case, effects, best_of(descents, iterations=ITERATIONS_SCREEN, kept=STARTS_KEPT)
+    )
+
+
+def refine(case: Case, effects: tuple[str, ...], start: FloatArray) -> FittedCandidate:
+    """Makes the long fit, which ends with the integration steps that decisions are based on."""
+    coarse = fit(case.problem(effects), start, iterations=ITERATIONS)
+    fine = decision_case(case)
+    if fine.substeps == case.substeps:
+        return evaluate(case, effects, coarse)
+    return evaluate(fine, effects, fit(fine.problem(effects), coarse.x, iterations=ITERATIONS_FINE))
+
+
+def refine_finely(case: Case, effects: tuple[str, ...], start: FloatArray) -> FittedCandidate:
+    """Makes a fit with the integration steps of the decision only; its cost only falls."""
+    fine = decision_case(case)
+    return evaluate(fine, effects, fit(fine.problem(effects), start, iterations=ITERATIONS))

@@ -1,0 +1,36 @@
+# SPDX-License-Identifier: MIT
+"""Exports an offline model to the firmware: one configuration for Python and C++ estimators.
+
+>>> export = configure_from_record(data, ArxOrders(3, 3, 1), forgetting=ehsid.FRatio())
+>>> trace = GoldenTrace.of(export.configuration, *liveliest(data))
+>>> text = render_header(export.configuration, trace, name="servo")
+"""
+
+from .c_header import render_c_header
+from .configuration import EstimatorConfiguration, Seed
+from .header import check_name, float32_literal, render_header
+from .of_record import FILE_NAMES, Header, chosen_orders, header_of_record
+from .seeding import Export, configure_from_record
+from .servo import ServoHeader, ServoSettings, render_servo_header, servo_header_of_record
+from .trace import GoldenTrace, liveliest
+
+__all__ = [
+    "FILE_NAMES",
+    "EstimatorConfiguration",
+    "Export",
+    "GoldenTrace",
+    "Header",
+    "Seed",
+    "ServoHeader",
+    "ServoSettings",
+    "check_name",
+    "chosen_orders",
+    "configure_from_record",
+    "float32_literal",
+    "header_of_record",
+    "liveliest",
+    "render_c_header",
+    "render_header",
+    "render_servo_header",
+    "servo_header_of_record",
+]

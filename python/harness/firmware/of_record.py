@@ -1,0 +1,136 @@
+# SPDX-License-Identifier: MIT
+"""Makes the whole text of a firmware header of a record."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from pathlib import Path
+
+import ehsid
+
+from ..base.manifest import sha256_of
+from ..models.identification import ArxOrders, IoData, identify
+from .c_header import render_c_header
+from .header import check_name, render_header
+from .seeding import Export, configure_from_record
+from .trace import GoldenTrace, liveliest
+
+# Names of the file without another wish, by whether it is C.
+FILE_NAMES = {False: "servo_configuration.hpp", True: "servo_configuration.h"}
+
+
+@dataclass(frozen=True)
+class Header:
+    """A header for a firmware.
+
+    Attributes
+    ----------
+    text
+        content of the file.
+    export
+        configuration and offline model from which it was made.
+    tested
+        what its self-test covers, in words.
+    converges
+        whether the estimator reports that it has converged at the end of the record.
+    """
+
+    text: str
+    export: Export
+    tested: str
+    converges: bool
+
+    @property
+    def orders(self) -> ArxOrders:
+        """Structure of the model."""
+        return self.export.configuration.orders
+
+    @property
+    def summary(self) -> str:
+        """What the header holds, in one line."""
+        return (
+            f"{self.orders}, {self.export.configuration.forgetting!r}; started from "
+            f"{self.export.model.n_rows} equations that count for {self.export.counts_for:.0f} "
+            f"samples; {self.tested}"
+        )
+
+
+def chosen_orders(data: IoData, *, offset: bool = True) -> ArxOrders:
+    """Returns the structure that offline identification chooses for the record."""
+    return identify(data, offset=offset, remove_means=not offset).chosen.orders
+
+
+def header_of_record(
+    source: Path,
+    data: IoData,
+    orders: ArxOrders,
+    *,
+    forgetting: ehsid.Forgetting,
+    inflation: float | None = None,
+    reset: bool = True,
+    name: str = "servo",
+    c: bool = False,
+) -> Header:
+    """Identifies a model of a record and returns the header that starts an estimator from it.
+
+    Parameters
+    ----------
+    source
+        file of the record; the header names it without its folder.
+    data
+        input and output of the record.
+    orders, forgetting, inflation, reset
+        as in `configure_from_record`.
+    name
+        namespace in C++, prefix in C.
+    c
+        whether to write C99, for ehsid/c_api.h; it has no self-test.
+
+    Raises
+    ------
+    ValueError
+        the name or a setting cannot be used, or the record does not determine the model.
+    """
+    check_name(name)
+    export = configure_from_record(
+        data, orders, forgetting=forgetting, inflation=inflation, reset=reset
+    )
+    provenance = _provenance(source, data, export)
+    converges = _converges(export, data)
+    if c:
+        text = render_c_header(
+            export.configuration, name=name, dt_s=data.dt_s, provenance=provenance
+        )
+        return Header(text, export, "no self-test", converges)
+    trace = GoldenTrace.of(export.configuration, *liveliest(data))
+    text = render_header(
+        export.configuration, trace, name=name, dt_s=data.dt_s, provenance=provenance
+    )
+    return Header(text, export, f"self-test over {trace.command.size} samples", converges)
+
+
+def _converges(export: Export, data: IoData) -> bool:
+    """Whether the estimator reports that it has converged after a run over the record."""
+    estimator = export.configuration.estimator()
+    for segment in data.segments:
+        estimator.step(float("nan"), float("nan"))  # clears the history at a gap of the record
+        estimator.run(data.u[segment], data.y[segment])
+    return estimator.converged
+
+
+def _provenance(path: Path, data: IoData, export: Export) -> list[str]:
+    """Returns lines that say where the numbers come from; the record is named without folder."""
+    sampled = "" if data.dt_s is None else f" at {data.dt_s:.6g} s"
+    scale = export.configuration.scaling.position_scale
+    deviation = math.sqrt(export.model.noise_variance) * scale
+    return [
+        f"Record {path.name}, {data.n_samples} samples{sampled},",
+        f"sha256 {sha256_of(path)};" if path.is_file() else "a folder;",
+        f"command: {data.input_name}, position: {data.output_name}, in the units of the record.",
+        f"Offline model: {export.configuration.orders}, least squares over "
+        f"{export.model.n_rows} equations,",
+        f"deviation of the residuals {deviation:.4g}. P_0 is its covariance times "
+        f"{export.inflation:.4g}:",
+        f"the model counts for {export.counts_for:.0f} samples. A reset goes back to a vague P.",
+    ]

@@ -1,0 +1,265 @@
+# SPDX-License-Identifier: MIT
+"""Run of a fleet: which machines of a folder need a diagnosis, and the diagnosis of each."""
+
+from __future__ import annotations
+
+import contextlib
+import functools
+import io
+import json
+import time
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import asdict, dataclass, replace
+from pathlib import Path
+
+import ehsid
+
+from ..base.error_words import error_words
+from ..base.files import is_incomplete, temporary_folder
+from ..base.manifest import sha256_of
+from ..diagnosis.job import (
+    DIAGNOSIS,
+    ERROR,
+    RESULT,
+    Diagnose,
+    Job,
+    Outcome,
+    Write,
+    check_room,
+    failure,
+    keep,
+    one_line,
+    run_and_keep,
+    run_job,
+)
+from ..diagnosis.options import DiagnosisOptions
+from ..records import NO_HINTS, Hints
+from ..records.formats import FOLDER_ENDINGS, records_in
+
+RIG = "rig.toml"
+INPUTS = "inputs.json"
+HELD_OUT = "validate"
+# Machines with more bytes in their files are read by this process, which sends the channels only.
+MOST_SENT = 64_000_000
+
+# Reads the folder of a machine; raises a ValueError or OSError with a message where it cannot.
+Read = Callable[[Path], Job]
+
+
+def machine_folders(folder: Path) -> list[Path]:
+    """Returns the sub-folders by name, one for each machine; hidden ones are left out.
+
+    Raises
+    ------
+    ValueError
+        there is no such folder, or it has no sub-folder.
+    """
+    if not folder.is_dir():
+        raise ValueError(
+            f"{folder}: there is no such folder: expected one with a sub-folder for each machine"
+        )
+    machines = sorted(
+        path for path in folder.iterdir() if path.is_dir() and not path.name.startswith(".")
+    )
+    if not machines:
+        raise ValueError(f"{folder}: has no sub-folders; expected one for each machine, with {RIG}")
+    return machines
+
+
+def record_files(folder: Path) -> tuple[list[Path], list[Path]]:
+    """Returns the records of a machine to fit, and the held-out ones, both sorted by name.
+
+    Raises
+    ------
+    ValueError
+        there is no rig file, or no record to fit.
+    """
+    if not (folder / RIG).is_file():
+        raise ValueError(f"{folder}: has no {RIG}: expected it beside the records")
+    records = records_in(folder)
+    held_out = [path for path in records if path.name.lower().startswith(HELD_OUT)]
+    fitted = [path for path in records if path not in held_out]
+    if not fitted:
+        also = f" beside those that start with '{HELD_OUT}' and are held out" if held_out else ""
+        endings = ", ".join(f".{ending}" for ending in FOLDER_ENDINGS)
+        raise ValueError(f"{folder}: has no record{also}: expected at least one ({endings})")
+    return fitted, held_out
+
+
+def inputs_of(folder: Path, options: DiagnosisOptions, hints: Hints = NO_HINTS) -> bytes:
+    """Returns what determines a result, as JSON: digests of files, options, version."""
+    files = {path.name: sha256_of(path) for path in sorted(folder.iterdir()) if path.is_file()}
+    maps = {channel: [column.name, column.unit] for channel, column in hints.maps.items()}
+    plain = {
+        "files": files,
+        **asdict(options),
+        "map": maps,
+        "dt_s": hints.dt_s,
+        "ehsid_version": ehsid.__version__,
+    }
+    return (json.dumps(plain, indent=1) + "\n").encode()
+
+
+def is_finished(result: Path, inputs: Callable[[], bytes]) -> bool:
+    """Whether the folder of a result has a diagnosis of the same inputs.
+
+    The inputs are only asked for where there is a diagnosis: to read all files of a large fleet
+    takes minutes.
+    """
+    kept = result / INPUTS
+    there = (result / DIAGNOSIS).is_file() and kept.is_file() and kept.read_bytes() == inputs()
+    return there and not is_incomplete(result, RESULT)
+
+
+def unfinished_machines(
+    folders: Iterable[Path], out: Path, options: DiagnosisOptions, hints: Hints = NO_HINTS
+) -> list[Path]:
+    """Returns the machines without a diagnosis of their present files; errors are tried again.
+
+    A machine whose files cannot be read is among them: its diagnosis then says why.
+    """
+
+    def finished(folder: Path) -> bool:
+        try:
+            inputs = functools.partial(inputs_of, folder, options, hints)
+            return is_finished(out / folder.name, inputs)
+        except OSError:
+            return False
+
+    return [folder for folder in folders if not finished(folder)]
+
+
+def run_fleet(
+    folders: Sequence[Path],
+    out: Path,
+    options: DiagnosisOptions,
+    read: Read,
+    diagnose: Diagnose,
+    write: Write,
+    hints: Hints = NO_HINTS,
+) -> Iterator[Outcome]:
+    """Diagnoses each machine; the files of `write` are in OUT/NAME before an outcome is yielded.
+
+    `hints` are what `read` was told about the records; they belong to the inputs of a result.
+
+    A machine whose process is killed, for example for want of memory, gets an error; the others go
+    on. Which of those at work it was shows when they are run again, half of them at a time.
+    """
+    left = {folder.name: folder for folder in folders}
+    tasks = (_task(folder, options, read, diagnose, write, hints) for folder in folders)
+    try:
+        for outcome in run_and_keep(tasks, out):
+            del left[outcome.name]
+            yield outcome
+    except ChildProcessError:
+        again = list(left.values())
+        if len(again) == 1:
+            message = (
+                f"{again[0]}: its process was killed, perhaps for want of memory: take shorter "
+                "records or fewer --workers"
+            )
+            killed = Outcome(again[0].name, {ERROR: f"{message}\n".encode()}, message, 0.0)
+            keep(killed, out)
+            yield killed
+            return
+        for some in (again[: len(again) // 2], again[len(again) // 2 :]):
+            yield from run_fleet(some, out, options, read, diagnose, write, hints)
+
+
+def _task(
+    folder: Path,
+    options: DiagnosisOptions,
+    read: Read,
+    diagnose: Diagnose,
+    write: Write,
+    hints: Hints,
+) -> Callable[[], Outcome]:
+    try:
+        inputs = inputs_of(folder, options, hints)
+        files = _files_to_send(folder)
+        if files is not None:
+            sent = Sent(folder.name, str(folder.parent), files, options, inputs)
+            return functools.partial(run_sent, sent, read, diagnose, write)
+        job = replace(read(folder), options=options)
+        return functools.partial(run_machine, job, diagnose, write, inputs)
+    except Exception as error:  # whatever a machine has, it does not end the others
+        return functools.partial(_unread, folder.name, error)
+
+
+def _files_to_send(folder: Path) -> dict[str, bytes] | None:
+    """Returns the files of a machine by name, or None if they are too large to be sent."""
+    files = [path for path in sorted(folder.iterdir()) if path.is_file()]
+    if sum(path.stat().st_size for path in files) > MOST_SENT:
+        return None
+    return {path.name: path.read_bytes() for path in files}
+
+
+@dataclass(frozen=True)
+class Sent:
+    """The files of a machine, on their way to where it is diagnosed.
+
+    Attributes
+    ----------
+    name
+        name of the machine.
+    place
+        folder of the fleet on the computer of the user, for messages.
+    files
+        contents by name.
+    options
+        the options of the diagnosis.
+    inputs
+        what determines the result, see `inputs_of`.
+    """
+
+    name: str
+    place: str
+    files: Mapping[str, bytes]
+    options: DiagnosisOptions
+    inputs: bytes
+
+
+def run_sent(sent: Sent, read: Read, diagnose: Diagnose, write: Write) -> Outcome:
+    """Reads the files of a machine here, and diagnoses it.
+
+    The reading costs more than anything else that the computer of the user does for a machine, and
+    the workers share it. Messages name the files as the user does.
+
+    Raises
+    ------
+    ValueError
+        the disk of temporary files is full.
+    """
+    began, said = time.monotonic(), io.StringIO()
+    with temporary_folder() as place:
+        top = str(place)
+        try:
+            folder = place / sent.name
+            folder.mkdir()
+            for name, content in sent.files.items():
+                (folder / name).write_bytes(content)
+            with contextlib.redirect_stderr(said):
+                job = replace(read(folder), options=sent.options)
+        except Exception as error:
+            check_room(error)
+            unread = _unread(sent.name, error)
+            text = unread.files[ERROR].replace(top.encode(), sent.place.encode())
+            return replace(unread, files={ERROR: text}, word=unread.word.replace(top, sent.place))
+    outcome = run_machine(job, diagnose, write, sent.inputs)
+    shown = said.getvalue().replace(top, sent.place)
+    return replace(outcome, seconds=time.monotonic() - began, said=shown)
+
+
+def _unread(name: str, error: Exception) -> Outcome:
+    """Returns the outcome of a machine that cannot be read: a message, or the whole error."""
+    if isinstance(error, ValueError | OSError) and error_words(error) is not None:
+        message = one_line(str(error))
+        return Outcome(name, {ERROR: f"{message}\n".encode()}, message, 0.0)
+    files, message = failure(error)
+    return Outcome(name, files, message, 0.0)
+
+
+def run_machine(job: Job, diagnose: Diagnose, write: Write, inputs: bytes) -> Outcome:
+    """Diagnoses one machine and adds a file of the inputs to the files of the result."""
+    outcome = run_job(job, diagnose, write)
+    return replace(outcome, files=outcome.files | {INPUTS: inputs})

@@ -1,0 +1,2 @@
+# SPDX-License-Identifier: MIT
+"""Models from records: offline identification and recursive estimation."""

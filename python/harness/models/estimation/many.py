@@ -1,0 +1,143 @@
+# SPDX-License-Identifier: MIT
+"""Replays many records at once: their estimators run side by side in one bank."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+import numpy.typing as npt
+
+import ehsid
+
+from ...base.arrays import FloatArray
+from ..identification import IdentificationError, IoData
+from .recursion import Recursion, scaling_of
+from .result import Estimate
+
+# Samples between two looks at a bank, which bounds the memory of its trajectory.
+CHUNK = 4096
+GAP = float("nan")
+
+
+@dataclass(frozen=True, eq=False)
+class _Lane:
+    """A record as one column for a bank.
+
+    Attributes
+    ----------
+    u, y
+        shape (M,), the segments, each behind a sample of NaN: the estimator refuses it and clears
+        its history, so that no regressor spans the gap between two segments.
+    sample
+        shape (M,), whether this is a sample of the record.
+    """
+
+    data: IoData
+    scaling: ehsid.Scaling
+    estimator: ehsid.ArxEstimator
+    u: FloatArray
+    y: FloatArray
+    sample: npt.NDArray[np.bool_]
+
+
+@dataclass(frozen=True, eq=False)
+class _Run:
+    """An estimator at the end of its record, and what it gave for each sample, shape (M,)."""
+
+    estimator: ehsid.ArxEstimator
+    innovation: npt.NDArray[np.floating]
+    status: npt.NDArray[np.uint8]
+
+    def of(self, sample: npt.NDArray[np.bool_]) -> tuple[FloatArray, npt.NDArray[np.uint8]]:
+        """Returns innovation and status of these samples only."""
+        return self.innovation[sample].astype(np.float64), self.status[sample]
+
+
+def estimate_all(
+    records: Sequence[IoData], recursion: Recursion
+) -> list[Estimate | IdentificationError]:
+    """Runs the C++ estimator over each record; the figures are those of `estimate`, bit for bit.
+
+    With the method "rls" all records run in one bank. An estimator whose record has ended is read
+    before the bank goes on with those of the longer records.
+
+    Parameters
+    ----------
+    records
+        input and output of each; their lengths may differ.
+    recursion
+        settings of every estimator.
+
+    Returns
+    -------
+    The figures of each record in order, or the error that `estimate` raises for it.
+
+    Raises
+    ------
+    ValueError
+        the structure is outside the compiled range, or the method does not take the policy.
+    """
+    found: dict[int, Estimate | IdentificationError] = {}
+    lanes: dict[int, _Lane] = {}
+    for i, data in enumerate(records):
+        try:
+            lanes[i] = _lane(data, recursion)
+        except IdentificationError as error:
+            found[i] = error
+    for (i, lane), run in zip(
+        lanes.items(), _run(list(lanes.values()), recursion.method), strict=True
+    ):
+        try:
+            one = recursion.figures(lane.data, run.estimator, lane.scaling, *run.of(lane.sample))
+            servo = recursion.servo(lane.data)
+            found[i] = replace(one, servo=None if servo is None else servo.told)
+        except IdentificationError as error:
+            found[i] = error
+    return [found[i] for i in range(len(records))]
+
+
+def _lane(data: IoData, recursion: Recursion) -> _Lane:
+    scaling = scaling_of(data)
+    behind_gaps = np.cumsum([segment.stop - segment.start for segment in data.segments])[:-1]
+    starts = np.concatenate(([0], behind_gaps))
+    u, y = (
+        np.insert(np.concatenate([signal[s] for s in data.segments]), starts, GAP)
+        for signal in (data.u, data.y)
+    )
+    sample = np.ones(u.size, dtype=np.bool_)
+    sample[starts + np.arange(starts.size)] = False
+    return _Lane(data, scaling, recursion.estimator(scaling), u, y, sample)
+
+
+def _run(lanes: Sequence[_Lane], method: str) -> list[_Run]:
+    """Runs each estimator to the end of its record."""
+    if method != "rls":  # a bank runs least squares only
+        paths = [lane.estimator.run(lane.u, lane.y) for lane in lanes]
+        return [
+            _Run(lane.estimator, path.innovation, path.status)
+            for lane, path in zip(lanes, paths, strict=True)
+        ]
+    if not lanes:
+        return []
+    bank = ehsid.EstimatorBank([lane.estimator for lane in lanes])
+    sizes = [lane.u.size for lane in lanes]
+    runs = [
+        _Run(lane.estimator, np.empty(lane.u.size), np.empty(lane.u.size, dtype=np.uint8))
+        for lane in lanes
+    ]
+    stops = sorted({*sizes, *range(CHUNK, max(sizes), CHUNK)})
+    for start, stop in zip([0, *stops], stops, strict=False):
+        u, y = (np.full((stop - start, len(lanes)), GAP) for _ in range(2))
+        going = [i for i, size in enumerate(sizes) if size >= stop]
+        for i in going:
+            u[:, i], y[:, i] = lanes[i].u[start:stop], lanes[i].y[start:stop]
+        path = bank.run(u, y)
+        for i in going:
+            runs[i].innovation[start:stop] = path.innovation[:, i]
+            runs[i].status[start:stop] = path.status[:, i]
+            if sizes[i] == stop:
+                # The state behind the last sample of this record; the bank goes on without it.
+                runs[i] = replace(runs[i], estimator=bank[i])
+    return runs

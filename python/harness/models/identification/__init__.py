@@ -1,0 +1,87 @@
+# SPDX-License-Identifier: MIT
+"""Identifies ARX models offline: estimation, criteria, residual tests, choice of order.
+
+>>> data = IoData.from_record(record, "command_v", "position_m")
+>>> result = identify(data)
+>>> print(result.reason)
+"""
+
+from .arx import ArxModel, fit_arx
+from .candidates import Candidate, Rejected
+from .criteria import Criteria, aic, criteria, fit_percent, fpe, loss, mdl
+from .data import IoData
+from .errors import IdentificationError, TooFewSamplesError, UnexcitedError
+from .frequency import (
+    Agreement,
+    EstimatedResponse,
+    FrequencyResponse,
+    agreement,
+    frequency_response,
+    power_band,
+    response_grid,
+)
+from .orders import ArxOrders
+from .outliers import Outliers, replace_outliers
+from .preprocessing import Preprocessed, Preprocessing, SignalReport, preprocess
+from .regression import Regression, least_squares, regression
+from .residuals import IndependenceTest, WhitenessTest, independence_test, whiteness_test
+from .roots import (
+    Cancellation,
+    PolesZeros,
+    Roots,
+    nearest_cancellation,
+    poles_zeros,
+    stability_distance,
+)
+from .selection import IdentificationResult, identify
+from .simulation import Prediction, predict_one_step, simulate
+
+__all__ = [
+    "Agreement",
+    "ArxModel",
+    "ArxOrders",
+    "Cancellation",
+    "Candidate",
+    "Criteria",
+    "EstimatedResponse",
+    "FrequencyResponse",
+    "IdentificationError",
+    "IdentificationResult",
+    "IndependenceTest",
+    "IoData",
+    "Outliers",
+    "PolesZeros",
+    "Prediction",
+    "Preprocessed",
+    "Preprocessing",
+    "Regression",
+    "Rejected",
+    "Roots",
+    "SignalReport",
+    "TooFewSamplesError",
+    "UnexcitedError",
+    "WhitenessTest",
+    "agreement",
+    "aic",
+    "criteria",
+    "fit_arx",
+    "fit_percent",
+    "fpe",
+    "frequency_response",
+    "identify",
+    "independence_test",
+    "least_squares",
+    "loss",
+    "mdl",
+    "nearest_cancellation",
+    "poles_zeros",
+    "power_band",
+    "predict_one_step",
+    "preprocess",
+    "regression",
+    "replace_outliers",
+    "response_grid",
+    "simulate",
+    "stability_distance",
+    "whiteness_test",
+]

@@ -1,0 +1,246 @@
+# SPDX-License-Identifier: MIT
+"""Words and numbers of a diagnosis in readable form: verdicts, names, units and intervals."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Sequence
+from types import MappingProxyType
+
+from ..catalogue.effect_names import effect_name
+from ..catalogue.keys import ParameterKey
+from ..catalogue.parameters import plant_parameters
+from ..catalogue.value_names import SHARE_OF, VALUE_NAMES
+from ..diagnosis.schema import Candidate, Estimate, StandingKind, Verdict
+from .shares import SPACE
+
+VERDICTS: MappingProxyType[Verdict, tuple[str, str]] = MappingProxyType(
+    {
+        "no_gap": (
+            "No gap",
+            "The simulator as configured is near the noise of the sensors, or no fit makes it "
+            "clearly better. No effect is named; what stays unexplained is said above.",
+        ),
+        "parameters": (
+            "Values of the rig",
+            "Fitted values bring the simulator closer to the machine, without an effect: numbers "
+            "in the rig file, or what no data sheet states. What stays unexplained is said above.",
+        ),
+        "effects": (
+            "Missing effect",
+            "Other values of the rig alone do not explain the gap. With the effects named here the "
+            "simulator explains it, on data that were not used for the fit.",
+        ),
+        "ambiguous": (
+            "Several explanations",
+            "More than one set of effects explains these records equally well. To name one would "
+            "be a guess; the next experiment below is designed to decide.",
+        ),
+        "outside_catalogue": (
+            "Outside the catalogue",
+            "A structural gap remains that no effect of the catalogue explains. The page below "
+            "shows where it lies, and the missing term as a curve where the records can tell it.",
+        ),
+        "insufficient_data": (
+            "These records cannot be judged",
+            "The records lack something, or the rig and the columns describe them wrongly. The "
+            "reason and what mends it stand below.",
+        ),
+    }
+)
+
+# What the decision made of a candidate.
+STANDINGS: MappingProxyType[StandingKind, str] = MappingProxyType(
+    {
+        "named": "named",
+        "equivalent": "cannot be told apart",
+        "sufficient": "sufficient",
+        "not_needed": "not needed",
+        "too_small": "size not counted",
+        "worse": "larger errors",
+        "screened": "short fit only",
+    }
+)
+
+# What the words on a candidate mean that do not explain themselves.
+NATS_NOTE = (
+    "Nats behind: how far the log-likelihood of the held-out data is below that of the {chosen}; "
+    "a negative number means smaller errors."
+)
+NOT_COUNTED_NOTE = (
+    '"Size not counted": an effect of the set is no larger than in every servo, or it has sizes '
+    "that no servo has; the set then has no probability."
+)
+
+# The unit that is shown in place of an SI unit, with its factor.
+SHOWN_UNITS = MappingProxyType(
+    {
+        "m": (1e3, "mm"),
+        "s": (1e3, "ms"),
+        "Pa": (1e-5, "bar"),
+        "m^3": (1e3, "l"),
+        "m^3/s": (6e4, "l/min"),
+        "m^3/(s Pa)": (1.0, "m³/(s Pa)"),
+        "Pa s/m^3": (1.0, "Pa s/m³"),
+        "m^3/Pa": (1.0, "m³/Pa"),
+        "1": (1.0, ""),
+    }
+)
+# Digits and sign of a power of ten.
+RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
+POWER = "·10"
+# A value in Pa of this size or larger is a stiffness and is shown in MPa.
+STIFF_PA = 1e8
+
+# Names of the three simulations on the page.
+SIMULATIONS = MappingProxyType(
+    {
+        "nominal": "simulator as configured",
+        "calibrated": "rig values fitted",
+        "augmented": "with what was found",
+    }
+)
+
+
+def plain_name(identifier: str) -> str:
+    """Returns an effect id or the name of a value in words."""
+    return re.sub(r" [ab]\b", lambda side: side[0].upper(), effect_name(identifier))
+
+
+def effect_set(effects: tuple[str, ...]) -> str:
+    """Returns a set of effects in words."""
+    return " + ".join(plain_name(effect) for effect in effects) or "no effect"
+
+
+def chosen(candidates: Sequence[Candidate]) -> Candidate:
+    """Returns the candidate that is named, or sufficient; the first one if none is."""
+    decided = (each for each in candidates if each.standing.kind in ("named", "sufficient"))
+    return next(decided, candidates[0])
+
+
+def candidate_notes(candidates: Sequence[Candidate]) -> str:
+    """Returns what a reader needs in order to read a table with these candidates."""
+    kinds = {candidate.standing.kind for candidate in candidates}
+    named = (
+        "fit without effects"
+        if "sufficient" in kinds
+        else "named set"
+        if "named" in kinds
+        else "first set"
+    )
+    notes = [NATS_NOTE.format(chosen=named)]
+    return " ".join([*notes, NOT_COUNTED_NOTE] if "too_small" in kinds else notes)
+
+
+def nats_behind(candidate: Candidate, other: Candidate) -> str:
+    """Returns by how many nats a candidate is behind another one; negative if it is ahead."""
+    return f"{round(candidate.score - other.score, 1) + 0.0:.1f}"
+
+
+def value_name(name: str) -> str:
+    """Returns a full name in words, without the unit; before the size of an effect, the effect."""
+    key = ParameterKey(name)
+    unit = plant_parameters()[key].unit if key in plant_parameters() else "1"
+    ending = "" if unit == "1" else "_" + _suffix(unit)
+    what = VALUE_NAMES.get(key) or plain_name(key.parameter.removesuffix(ending))
+    return what if key.effect is None else f"{plain_name(key.effect)}: {what}"
+
+
+def _suffix(unit: str) -> str:
+    """Returns the form of a unit at the end of a name, such as "m3_s" for "m^3/s"."""
+    text = unit.lower().replace("^", "").replace("(", "").replace(")", "")
+    return text.replace("/", "_").replace(" ", "_")
+
+
+def unit_of(name: str) -> str:
+    """Returns the SI unit of a value given by its full name; "1" where the value is not known.
+
+    That of a share is "1 of" with the words for the whole.
+    """
+    if name in SHARE_OF:
+        return f"1 of {SHARE_OF[name]}"
+    return plant_parameters()[name].unit if name in plant_parameters() else "1"
+
+
+def in_shown_unit(value: float, unit: str) -> tuple[float, str]:
+    """Returns the factor from SI and the unit with which a value of this size is shown."""
+    if unit == "Pa" and abs(value) >= STIFF_PA:
+        return 1e-6, "MPa"
+    if unit.startswith("1 of "):
+        return 100.0, f"%{unit[1:]}"
+    return SHOWN_UNITS.get(unit, (1.0, unit))
+
+
+def number(value: float | None, digits: int = 4) -> str:
+    """Returns a number with so many significant digits; a dash where it is None or not finite.
+
+    Numbers from 1e-3 to below 1e7 have no exponent.
+    """
+    if value is None or not math.isfinite(value):
+        return "–"
+    if value == 0.0:
+        return "0"
+    exponent = math.floor(math.log10(abs(value)))
+    if -4 < exponent < 7:
+        return f"{value:.{max(0, digits - 1 - exponent)}f}"
+    mantissa, power = f"{value:.{max(0, digits - 1)}e}".split("e")
+    return f"{mantissa}{POWER}{str(int(power)).translate(RAISED)}"
+
+
+def quantity(value: float, unit: str, digits: int = 4) -> str:
+    """Returns a value (given in `unit`, SI) with its shown unit, without trailing zeros."""
+    factor, shown = in_shown_unit(value, unit)
+    text = number(factor * value, digits)
+    if "." in text and POWER not in text:
+        text = text.rstrip("0").rstrip(".")
+    return with_unit(text, shown)
+
+
+def with_unit(text: str, unit: str) -> str:
+    """Joins a number and its unit so that they stay on one line."""
+    return f"{text}{SPACE}{unit}" if unit else text
+
+
+def _digits(estimate: Estimate) -> int:
+    """Number of significant digits that shows two digits of the width of the interval.
+
+    It refers to the largest of value and ends; it is 2 to 7, and 4 for an interval without width.
+    """
+    width = estimate.high - estimate.low
+    largest = max(abs(estimate.low), abs(estimate.high), abs(estimate.value))
+    if not (width > 0.0 and math.isfinite(width) and largest > 0.0):
+        return 4
+    return min(7, max(2, math.floor(math.log10(largest)) - math.floor(math.log10(width)) + 2))
+
+
+def interval(estimate: Estimate, unit: str) -> tuple[str, str]:
+    """Returns a value with its shown unit, and its interval in the same unit."""
+    factor, shown = in_shown_unit(estimate.value, unit)
+    digits = _digits(estimate)
+    places = _places(factor * max(abs(estimate.low), abs(estimate.high)), digits)
+    if places is None:
+        low, high = (number(factor * end, digits) for end in (estimate.low, estimate.high))
+        value = number(factor * estimate.value, digits)
+    else:
+        low, high, value = (
+            f"{factor * part:.{places}f}" if math.isfinite(part) else "–"
+            for part in (estimate.low, estimate.high, estimate.value)
+        )
+    return with_unit(value, shown), f"{low} to {high}"
+
+
+def _places(largest: float, digits: int) -> int | None:
+    """Number of decimals that shows so many significant digits of the largest number.
+
+    None where the number is not positive and finite, or is better shown with an exponent.
+    """
+    if not (math.isfinite(largest) and largest > 0.0):
+        return None
+    exponent = math.floor(math.log10(largest))
+    return max(0, digits - 1 - exponent) if -4 < exponent < 7 else None
+
+
+def first_upper(text: str) -> str:
+    """Returns the text with its first letter in upper case; the rest is unchanged."""
+    return text[:1].upper() + text[1:]

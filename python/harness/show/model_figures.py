@@ -1,0 +1,100 @@
+# SPDX-License-Identifier: MIT
+"""Draws the figures of a recursive estimation and of an offline identification."""
+
+from __future__ import annotations
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from ..base.arrays import FloatArray
+from ..models.estimation import EstimationResult
+from ..models.estimation.servo import ServoValue
+from ..models.identification import IdentificationResult
+from ..models.identification.criteria import diverges
+from ..models.identification.residuals import IndependenceTest, WhitenessTest
+from .plotting import BLUE, GREEN, GREY, SKY, VERMILION, draw_band, stacked, styled, time_axis
+
+
+@styled
+def estimation_figure(result: EstimationResult, dt_s: float | None) -> Figure:
+    """Draws K of the servo, the parameters with their 95 % bands, lambda and the innovation."""
+    x, label = time_axis(dt_s, result.status.size)
+    servo = result.servo
+    heights = [3, 1, 1] if servo is None else [2, 3, 1, 1]
+    figure, axes = stacked(8.0 if servo is None else 9.5, heights, xlabel=label)
+    upper, middle, lower = axes[-3:]
+    if servo is not None:
+        _draw_gain(axes[0], x, servo.gain)
+    # The first samples and those after a reset vary by orders of magnitude. The axis follows the
+    # other samples.
+    settled = result.theta_path[result.theta_path.shape[0] // 10 :]
+    for i, name in enumerate(result.orders.names):
+        middle_curve, half = result.theta_path[:, i], 1.96 * result.deviation_path[:, i]
+        curves = (middle_curve - half, middle_curve, middle_curve + half)
+        draw_band(upper, x, curves, label=name, linewidth=1.2)
+    low, high = (float(value) for value in np.quantile(settled, [0.02, 0.98]))
+    margin = 0.3 * (high - low) + 1e-12
+    upper.set_ylim(low - margin, high + margin)
+    upper.set_ylabel("parameters, 95 % band")
+    upper.legend(ncols=len(result.orders.names))
+    biased = "" if result.residuals_white else "; residuals not white, estimate biased"
+    upper.set_title(f"{result.forgetting}{biased}")
+    middle.plot(x, result.forgetting_factor, color=GREEN, linewidth=1.0)
+    middle.set_ylabel("lambda")
+    lower.plot(x, result.innovation, color=GREY, linewidth=0.8)
+    lower.set_ylim(-6 * result.rmse, 6 * result.rmse)
+    lower.set_ylabel("innovation")
+    return figure
+
+
+def _draw_gain(axes: Axes, x: FloatArray, gain: ServoValue) -> None:
+    """Draws K with its 90 % band, in one colour where it is trusted and in another where not."""
+    for shown, colour, word in (
+        (gain.trusted_path, BLUE, "trusted"),
+        (~gain.trusted_path, VERMILION, "not trusted"),
+    ):
+        value, half = (np.where(shown, path, np.nan) for path in (gain.path, gain.half_path))
+        curves = (value - half, value, value + half)
+        draw_band(axes, x, curves, label=word, linewidth=1.4, color=colour)
+    known = gain.path[gain.trusted_path if gain.trusted else np.isfinite(gain.path)]
+    if known.size:
+        low, high = (float(one) for one in np.quantile(known, [0.02, 0.98]))
+        margin = 0.3 * (high - low) + 0.1 * abs(high)
+        axes.set_ylim(low - margin, high + margin)
+    axes.set_ylabel(f"K, {gain.unit}", parse_math=False)
+    axes.set_title("servo: K with its 90 % band")
+    axes.legend(ncols=2)
+
+
+@styled
+def identification_figure(result: IdentificationResult) -> Figure:
+    """Draws measured and simulated output, and both residual tests with their 99 % bands."""
+    figure = Figure(figsize=(9, 8))
+    upper, middle, lower = figure.subplots(3, 1, height_ratios=[2, 1, 1])
+    _, label = time_axis(result.dt_s, 1)
+    time = result.simulated.index * (result.dt_s or 1.0)
+    upper.plot(time, result.simulated.measured, label="measured")
+    chosen = result.chosen.simulation_fit_percent
+    fit = "simulated, diverges" if diverges(chosen) else f"simulated, fit {chosen:.1f} %"
+    upper.plot(time, result.simulated.predicted, label=fit)
+    upper.set_xlabel(label)
+    upper.margins(x=0.0)
+    upper.legend()
+    upper.set_title(f"validation half, {result.chosen.orders}")
+    draw_correlation(middle, result.whiteness, "autocorrelation of the residual")
+    draw_correlation(lower, result.independence, "correlation of residual and input")
+    lower.set_xlabel("lag in samples")
+    return figure
+
+
+def draw_correlation(axes: Axes, test: WhitenessTest | IndependenceTest, title: str) -> None:
+    """Draws a residual test lag by lag; lags outside of the band of a single lag are coloured."""
+    axes.axhspan(-test.band, test.band, color=SKY, alpha=0.25, label="99 % band of a single lag")
+    axes.axhline(0.0, color=GREY, linewidth=0.8)
+    outside = np.abs(test.correlation) > test.band
+    for which, colour in ((~outside, BLUE), (outside, VERMILION)):
+        axes.vlines(test.lags[which], 0.0, test.correlation[which], color=colour, linewidth=3.0)
+    axes.margins(x=0.02)
+    axes.set_title(title, loc="left")
+    axes.legend(loc="upper right")

@@ -1,0 +1,2 @@
+# SPDX-License-Identifier: MIT
+"""Test signals, forward runs of the simulator, and effects put into logs."""

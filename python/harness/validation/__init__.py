@@ -1,2 +1,0 @@
-# SPDX-License-Identifier: MIT
-"""Validation of the diagnosis by blind checks and their score, and diagnosis of fleets."""

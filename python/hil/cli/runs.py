@@ -1,0 +1,132 @@
+# SPDX-License-Identifier: MIT
+"""Runs the plans of `ehsid hil` on the target, and shows and writes their results."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+
+from ehsid.harness.cli.common import make_table
+from ehsid.harness.cli.console import Console, print_points
+from ehsid.harness.cli.options import HilLoop
+from ehsid.harness.rigs import Rig
+from ehsid.harness.signals.simulation import suggested_controller
+from ehsid.harness.signals.simulation.outputs import OUTPUTS_OF
+
+from ..answers import Identity
+from ..comparison import compare
+from ..emulator import emulated
+from ..errors import HilError
+from ..loop import LoopRun, with_machine
+from ..offered_loop import offered_loop
+from ..page import lead
+from ..plan import Plan
+from ..recording import Recording
+from ..report_files import REPORTS, write_reports
+from ..result_file import HilFile, Provenance, Run, Runs
+from ..run import run_plan
+from ..session import Session
+from .progress import live
+
+
+@dataclass(frozen=True)
+class HilOptions:
+    """The options of `ehsid hil` that determine the plans."""
+
+    loop: HilLoop
+    run: LoopRun
+
+    def plans(self, rig: Rig, actual: Rig) -> dict[str, Plan]:
+        """Returns the plans by folder below --out; the name "" stands for --out itself.
+
+        The settings come from `rig`; the simulated machine is `actual`.
+        """
+        return {name: with_machine(plan, actual) for name, plan in self._plans(rig).items()}
+
+    def _plans(self, rig: Rig) -> dict[str, Plan]:
+        if self.loop is not HilLoop.experiment:
+            return {"": self.run.plan(rig)}
+        run = self.run
+        return offered_loop(self.loop.value).plans(
+            rig,
+            suggested_controller(rig, run.bandwidth_hz),
+            run.signal.seed,
+            values=run.values,
+            watchdog_ms=run.watchdog_ms,
+        )
+
+
+@contextmanager
+def target(port: str | None, image: Path | None, machine: str) -> Iterator[str]:
+    """Yields the address of the target: `port`, or that of an emulator that runs meanwhile."""
+    if (port is None) == (image is None):
+        raise ValueError(
+            "give either --port (as socket://localhost:4444 or /dev/ttyACM0) or --qemu FIRMWARE"
+        )
+    if image is None:
+        assert port is not None
+        yield port
+    else:
+        with emulated(image, machine) as address:
+            yield address
+
+
+def run_all(
+    plans: Mapping[str, Plan], session: Session, out: Path, console: Console, real_time: bool
+) -> Runs:
+    """Runs each plan, writes its samples into its folder below `out`, and shows the progress."""
+    runs = []
+    with live(console, sum(plan.samples for plan in plans.values())) as stage:
+        for folder, plan in plans.items():
+            estimator = plan.configuration.estimator
+            with Recording(out / folder, OUTPUTS_OF[plan.rig.plant], estimator.orders) as recording:
+                try:
+                    run = run_plan(
+                        plan,
+                        session,
+                        recording,
+                        real_time=real_time,
+                        progress=stage(plan.name, plan.samples),
+                    )
+                except HilError as error:
+                    if recording.samples == 0:
+                        raise
+                    raise HilError(
+                        f"{error}; {out / folder} holds the {recording.samples} samples before"
+                    ) from error
+            runs.append((folder or type(estimator.forgetting).__name__, run, compare(run)))
+    return runs
+
+
+def write_all(out: Path, identity: Identity, runs: Runs, provenance: Provenance) -> HilFile:
+    """Writes hil.html and hil.json; the experiment is shown beside the published numbers."""
+    if provenance.loop == HilLoop.experiment.value:
+        offered = offered_loop(provenance.loop)
+        return write_reports(
+            out, identity, runs, provenance, beside=offered.beside, sources=offered.sources
+        )
+    return write_reports(out, identity, runs, provenance)
+
+
+def show(identity: Identity, runs: Runs, file: HilFile, out: Path) -> None:
+    """Prints the result in a few sentences and a table."""
+    console = Console()
+    print_points(lead(identity, runs), console, indent=0)
+    rows = [_row(run) for run in file.runs]
+    console.print(make_table(list(rows[0]), [list(row.values()) for row in rows]))
+    console.print(f"report: {out / REPORTS[0]}", soft_wrap=True)
+
+
+def _row(run: Run) -> dict[str, str]:
+    """Returns the row of a run: its cells by heading."""
+    return {
+        "run": run.name,
+        "RMSE, mm": f"{1e3 * run.rmse_m:.4g}",
+        "fit, %": f"{run.fit_percent:.1f}",
+        "lambda": f"{run.forgetting_factor:.4f}",
+        "resets": str(run.resets),
+        "converged": "yes" if run.converged else "no",
+        "bits": "same" if run.equal_to_host else f"{run.samples_that_differ} other",
+    }

@@ -1,0 +1,150 @@
+# SPDX-License-Identifier: MIT
+"""Compares the target's estimates with those of the host, bit for bit and on the same data."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+import ehsid
+from ehsid.harness.base.arrays import FloatArray
+from ehsid.harness.firmware.configuration import EstimatorConfiguration
+
+from .run import RunResult
+
+# Results of the estimator that are compared for each sample besides theta_hat, in this order: names
+# on the host, and in the answer of the target.
+SCALARS = {
+    "innovation": "innovation_m",
+    "forgetting_factor": "forgetting_factor",
+    "residual_variance": "residual_variance_m2",
+    "excitation": "excitation",
+}
+# Status values of samples that gave an innovation.
+ESTIMATED = (ehsid.Status.ok, ehsid.Status.no_information, ehsid.Status.reset)
+
+
+@dataclass(frozen=True, eq=False)
+class Replay:
+    """Results of the host's estimator over a run of N samples with n parameters.
+
+    Attributes
+    ----------
+    theta, deviation
+        estimates and their standard deviations, shape (N, n), float32, in units of the signals.
+    scalars
+        the results named in `SCALARS`, shape (N, 4), float32.
+    status
+        `ehsid.Status` of each sample, shape (N,).
+    """
+
+    theta: npt.NDArray[np.float32]
+    deviation: npt.NDArray[np.float32]
+    scalars: npt.NDArray[np.float32]
+    status: npt.NDArray[np.uint8]
+
+
+@dataclass(frozen=True, eq=False)
+class Agreement:
+    """Comparison of the target's results with those of the host.
+
+    Attributes
+    ----------
+    replay
+        results of the host.
+    theta
+        estimates of the target, shape (N, n).
+    different
+        numbers of the samples at which any result or the status differs in at least one bit.
+    largest
+        largest |difference| of a parameter, as a share of its largest |value| on the host; 0 if no
+        parameter differs.
+    """
+
+    replay: Replay
+    theta: npt.NDArray[np.float32]
+    different: npt.NDArray[np.int64]
+    largest: float
+
+    @property
+    def equal(self) -> bool:
+        """Whether all results of all samples are equal bit for bit."""
+        return self.different.size == 0
+
+    @property
+    def sentence(self) -> str:
+        """Result of the comparison as a sentence for the user."""
+        total = self.theta.shape[0]
+        if self.equal:
+            return f"bit for bit the host's, all {total} samples"
+        return (
+            f"not the host's at {self.different.size} of {total} samples, first at sample "
+            f"{self.different[0]}, parameters by up to {self.largest:.2g} of their size: build the "
+            "firmware with -ffp-contract=off and the version of this ehsid"
+        )
+
+
+def replay(
+    configuration: EstimatorConfiguration,
+    command_v: FloatArray,
+    position_m: FloatArray,
+    begun: Mapping[int, EstimatorConfiguration] | None = None,
+) -> Replay:
+    """Runs the host's float32 estimator over N samples, with a new one at each sample of `begun`.
+
+    The new one has the settings that stand there.
+    """
+    estimator = configuration.estimator()
+    theta = np.empty((command_v.size, estimator.n), dtype=np.float32)
+    deviation = np.empty_like(theta)
+    scalars = np.empty((command_v.size, len(SCALARS)), dtype=np.float32)
+    status = np.empty(command_v.size, dtype=np.uint8)
+    anew = {} if begun is None else begun
+    for k, (command, position) in enumerate(zip(command_v, position_m, strict=True)):
+        if k in anew:
+            estimator = anew[k].estimator()
+        status[k] = estimator.step(command, position)
+        theta[k] = estimator.theta_hat
+        deviation[k] = estimator.standard_deviation
+        scalars[k] = [getattr(estimator, name) for name in SCALARS]
+    return Replay(theta, deviation, scalars, status)
+
+
+def compare(run: RunResult) -> Agreement:
+    """Compares the results of the target with those of the host on the same data."""
+    configuration = run.plan.configuration.estimator
+    # A target that was reset begins with the settings of the plan, whatever was wished before.
+    begun = {**run.begun, **dict.fromkeys(run.restarts, configuration)}
+    host = replay(configuration, run.command_v, run.position_m, begun)
+    theta = np.array([result.theta for result in run.results], dtype=np.float32)
+    scalars = np.array(
+        [[getattr(result, name) for name in SCALARS.values()] for result in run.results],
+        dtype=np.float32,
+    )
+    status = np.array([result.status for result in run.results], dtype=np.uint8)
+    same = (
+        (_bits(theta) == _bits(host.theta)).all(axis=1)
+        & (_bits(scalars) == _bits(host.scalars)).all(axis=1)
+        & (status == host.status)
+    )
+    difference = np.abs(theta.astype(np.float64) - host.theta)
+    size = np.maximum(np.abs(host.theta.astype(np.float64)).max(axis=0), np.finfo(np.float32).tiny)
+    return Agreement(
+        host,
+        theta,
+        np.flatnonzero(~same),
+        float(np.nan_to_num(difference / size, nan=np.inf).max()),
+    )
+
+
+def rmse(run: RunResult) -> float:
+    """RMSE of the innovation from the first estimate on, m, as in the paper; NaN without any."""
+    errors = [result.innovation_m for result in run.results if result.status in ESTIMATED]
+    return float(np.sqrt(np.mean(np.square(errors)))) if errors else float("nan")
+
+
+def _bits(numbers: npt.NDArray[np.float32]) -> npt.NDArray[np.uint32]:
+    return np.ascontiguousarray(numbers).view(np.uint32)

@@ -1,0 +1,239 @@
+# SPDX-License-Identifier: MIT
+"""Plans of runs: the signals of each sample and the configuration of the target."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+import ehsid
+from ehsid.harness.base.arrays import FloatArray
+from ehsid.harness.firmware.configuration import EstimatorConfiguration
+from ehsid.harness.models.identification import ArxOrders
+from ehsid.harness.records import Record
+from ehsid.harness.rigs import Rig
+from ehsid.harness.signals.simulation import (
+    PositionController,
+    simulate,
+    simulate_closed_loop,
+    velocity_gain,
+)
+
+from .configuration import Configuration, ControllerSettings
+
+# A third-order model about an operating point that is not known in advance.
+THIRD_ORDER = ArxOrders(3, 3, 1, offset=True)
+# The gain from the estimate stays between these multiples of the fixed gain. In each sample it
+# changes by at most a hundredth of the fixed gain.
+GAIN_RANGE = (0.5, 2.0)
+GAIN_STEP = 0.01
+# For this gain an estimate has converged if each parameter is known to a tenth; the default is a
+# twentieth.
+CERTAIN_ENOUGH = ehsid.ConvergenceOptions(tolerance=0.1)
+WATCHDOG_MS = 500
+
+
+@dataclass(frozen=True, eq=False)
+class Plan:
+    """Plan of one run of N samples.
+
+    Attributes
+    ----------
+    name
+        name of the run, for the user.
+    rig
+        rig that the host simulates.
+    dt_s
+        sampling time, s.
+    direct_v
+        added to the controller's command, V, shape (N,); in an open loop the command itself.
+    reference_m
+        reference position, m, shape (N,); its speed is computed from its differences.
+    noise
+        noise that is added to the outputs, shape (N, 6), see `draw_noise`.
+    configuration
+        configuration of the estimator and the controller.
+    position0_m
+        initial position, m.
+    values
+        values of the simulated machine that replace those of the rig, by full name; the controller
+        does not know them.
+    change
+        factors on values of the rig, by full name, that act from the middle of the run on; the
+        target is not informed of this change of the plant.
+    """
+
+    name: str
+    rig: Rig
+    dt_s: float
+    direct_v: FloatArray
+    reference_m: FloatArray
+    noise: FloatArray
+    configuration: Configuration
+    position0_m: float | None = None
+    values: Mapping[str, float] = field(default_factory=dict)
+    change: Mapping[str, float] = field(default_factory=dict)
+
+    @property
+    def samples(self) -> int:
+        """Number of samples N."""
+        return self.direct_v.size
+
+    @property
+    def change_at(self) -> int | None:
+        """First sample for which `change` holds; None without a change."""
+        return self.samples // 2 if self.change else None
+
+    def cut(self, samples: int) -> Plan:
+        """Returns the plan of the first samples; a plan with a change of the plant has no such."""
+        assert not self.change
+        return replace(
+            self,
+            direct_v=self.direct_v[:samples],
+            reference_m=self.reference_m[:samples],
+            noise=self.noise[:samples],
+        )
+
+    @property
+    def reference_speed_m_s(self) -> FloatArray:
+        """Reference speed from each sample to the next, m/s, shape (N,); zero at the last one."""
+        return np.append(np.diff(self.reference_m), 0.0) / self.dt_s
+
+
+def _scaled_by(
+    record: Record, orders: ArxOrders, forgetting: ehsid.Forgetting
+) -> EstimatorConfiguration:
+    """Makes an estimator configuration whose scaling comes from a simulated record.
+
+    The offsets are the means of the signals, the scales their standard deviations. With this
+    scaling P_0 is vague.
+    """
+    command, position = record.column("command_v"), record.column("position_m")
+    for what, signal in (("command", command), ("position", position)):
+        if not np.std(signal) > 0.0:
+            raise ValueError(f"the {what} does not move: there is nothing to identify from it")
+    scaling = ehsid.Scaling(
+        command_scale=float(np.std(command)),
+        position_scale=float(np.std(position)),
+        command_offset=float(np.mean(command)),
+        position_offset=float(np.mean(position)),
+    )
+    made = EstimatorConfiguration(orders, scaling=scaling, forgetting=forgetting)
+    made.estimator()  # raises ValueError for settings out of range before anything is sent
+    return made
+
+
+def _limit(limit_v: float) -> float:
+    """Returns a finite command limit, V, as the protocol requires; an axis has no limit."""
+    return limit_v if math.isfinite(limit_v) else float(np.finfo(np.float32).max)
+
+
+def controller_settings(
+    controller: PositionController, rig: Rig, dt_s: float, *, retune: bool
+) -> ControllerSettings:
+    """Converts the simulator's P controller to the settings of the target's controller.
+
+    Raises
+    ------
+    ValueError
+        the controller has an integral, which the target's controller does not have.
+    """
+    if math.isfinite(controller.integral_time_s):
+        raise ValueError("the target's controller has no integral: take a P controller")
+    gain = controller.gain_v_m
+    return ControllerSettings(
+        sample_time_s=dt_s,
+        fixed_gain_v_m=gain,
+        feed_forward_v_s_m=controller.feed_forward_v_s_m,
+        command_limit_v=_limit(controller.limit_v),
+        bandwidth_rad_s=gain * velocity_gain(rig),
+        gain_min_v_m=GAIN_RANGE[0] * gain,
+        gain_max_v_m=GAIN_RANGE[1] * gain,
+        gain_step=GAIN_STEP,
+        position_control=True,
+        retune=retune,
+    )
+
+
+def position_plan(
+    rig: Rig,
+    reference_m: FloatArray,
+    controller: PositionController,
+    *,
+    dt_s: float,
+    noise: FloatArray,
+    orders: ArxOrders = THIRD_ORDER,
+    forgetting: ehsid.Forgetting | None = None,
+    retune: bool = True,
+    values: Mapping[str, float] | None = None,
+    watchdog_ms: int = WATCHDOG_MS,
+) -> Plan:
+    """Returns the plan of a run in which the controller on the target follows a reference.
+
+    The host first simulates the loop once with the rig as configured. The loop must be stable, and
+    its signals give the scaling of the estimator.
+
+    Raises
+    ------
+    SimulationError, ValueError
+        an error of `simulate_closed_loop`, or the command or the position is constant.
+    """
+    before = simulate_closed_loop(rig, reference_m, controller, dt_s=dt_s, noise=noise)
+    estimator = replace(
+        _scaled_by(before.run.record, orders, forgetting or ehsid.FRatio()),
+        convergence=CERTAIN_ENOUGH,
+    )
+    settings = controller_settings(controller, rig, dt_s, retune=retune)
+    return Plan(
+        name=f"{rig.name}, position control",
+        rig=rig,
+        dt_s=dt_s,
+        direct_v=np.zeros(reference_m.size),
+        reference_m=reference_m,
+        noise=noise,
+        configuration=Configuration(estimator, settings, watchdog_ms),
+        position0_m=float(reference_m[0]),
+        values=dict(values or {}),
+    )
+
+
+def open_plan(
+    rig: Rig,
+    command_v: FloatArray,
+    controller: PositionController,
+    *,
+    dt_s: float,
+    noise: FloatArray,
+    orders: ArxOrders = THIRD_ORDER,
+    forgetting: ehsid.Forgetting | None = None,
+    values: Mapping[str, float] | None = None,
+    watchdog_ms: int = WATCHDOG_MS,
+) -> Plan:
+    """Returns the plan of a run in open loop with a given command.
+
+    The target passes the command on within its limit and estimates the parameters.
+
+    Raises
+    ------
+    SimulationError, ValueError
+        the command leads to an end of the stroke, or the command or the position is constant.
+    """
+    before = simulate(rig, command_v, dt_s=dt_s, keep_inside=True, noise=noise).record
+    settings = controller_settings(controller, rig, dt_s, retune=False)
+    return Plan(
+        name=f"{rig.name}, open loop",
+        rig=rig,
+        dt_s=dt_s,
+        direct_v=command_v,
+        reference_m=np.zeros(command_v.size),
+        noise=noise,
+        configuration=Configuration(
+            _scaled_by(before, orders, forgetting or ehsid.FRatio()),
+            replace(settings, position_control=False),
+            watchdog_ms,
+        ),
+        values=dict(values or {}),
+    )

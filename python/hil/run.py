@@ -1,0 +1,254 @@
+# SPDX-License-Identifier: MIT
+"""Runs host and target in lock step: the host simulates the servo, the target controls it.
+
+The target also estimates the parameters. This is the mixed-reality scheme of the paper (its section
+on real-time implementation) with exchanged roles: the plant is simulated, the controller is real.
+The simulated time does not advance while the host waits for an answer, so the result of a run does
+not depend on the line and its speed.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Mapping
+from contextlib import suppress
+from dataclasses import asdict, dataclass, field, replace
+
+import numpy as np
+
+import ehsid
+from ehsid.harness.base.arrays import FloatArray
+from ehsid.harness.catalogue.parameters import parameter_keys
+from ehsid.harness.firmware.configuration import EstimatorConfiguration
+from ehsid.harness.signals.simulation.outputs import OUTPUTS, OUTPUTS_OF, as_measured
+from ehsid.harness.signals.simulation.run import prepare
+
+from .answers import Result
+from .errors import HilError, TargetReset
+from .plan import Plan
+from .recording import Recording
+from .requests import Sample
+from .session import Counters, Session
+from .steering import Steer, Stopped
+
+POSITION = OUTPUTS.index("position_m")
+MOST_RESTARTS = 3
+
+
+@dataclass(frozen=True, eq=False)
+class RunResult:
+    """Result of a run of N samples.
+
+    Attributes
+    ----------
+    command_v, position_m
+        commands that the target sent, V, and positions that it received, m; shape (N,), float32
+        numbers.
+    results
+        the N answers of the target.
+    restarts
+        numbers of the samples before which the target was reset and configured anew.
+    counters
+        errors on the line during this run.
+    seconds
+        duration of the run on the wall clock, s.
+    begun
+        settings with which the user let the estimator begin anew, by the number of the sample.
+    """
+
+    plan: Plan
+    command_v: FloatArray
+    position_m: FloatArray
+    results: tuple[Result, ...]
+    restarts: tuple[int, ...]
+    counters: Counters
+    seconds: float
+    begun: Mapping[int, EstimatorConfiguration] = field(default_factory=dict)
+
+
+Progress = Callable[[int, Result, Counters], None]
+
+
+def run_plan(
+    plan: Plan,
+    session: Session,
+    recording: Recording,
+    *,
+    real_time: bool = False,
+    progress: Progress | None = None,
+    steer: Steer | None = None,
+) -> RunResult:
+    """Configures the target, starts it, and carries out the plan.
+
+    A target that was reset during the run is configured anew and continues at the same sample, with
+    its initial estimate; the fourth reset ends the run. The valve is closed at every end of the
+    run, as far as the target can be reached.
+
+    Parameters
+    ----------
+    plan
+        plan of the run.
+    session
+        session on an open line; a call of `hello` is not needed before.
+    recording
+        receives every sample as soon as the target has answered it.
+    real_time
+        whether to wait for t_k on the wall clock before sample k; if not, the run is as fast as the
+        line allows.
+    progress
+        called after each sample.
+    steer
+        the user's wishes during the run; not for a plan with a change of the plant.
+
+    Raises
+    ------
+    HilError
+        the target does not answer, refuses a request, was reset too often, or answers with values
+        that cannot be, or the simulated position is not finite.
+    SimulationError
+        the rig cannot be simulated.
+    """
+    start = prepare(
+        plan.rig, dt_s=plan.dt_s, position0_m=plan.position0_m, values=plan.values or None
+    )
+    plant = start.plant(quantised=False)
+    outputs = OUTPUTS_OF[plan.rig.plant]
+    n_parameters = plan.configuration.estimator.orders.n_parameters
+    speed = plan.reference_speed_m_s
+    results: list[Result] = []
+    positions = np.empty(plan.samples)
+    restarts: list[int] = []
+    begun: dict[int, EstimatorConfiguration] = {}
+    before = replace(session.counters)
+    began = time.monotonic()
+    _begin(session, plan, 0)
+    try:
+        for k in range(plan.samples):
+            shown = as_measured(plant.read(), plan.noise[k], start.values)
+            if k == plan.change_at:
+                plant = _changed(plan, plant)
+            if not np.isfinite(shown[POSITION]):
+                raise HilError(
+                    f"{plan.name}: the simulated position is not finite from sample {k} on: the "
+                    "loop is not stable; take a smaller --bandwidth or a shorter --dt"
+                )
+            # The record and the target must have the same position, rounded to float32.
+            shown[POSITION] = positions[k] = float(np.float32(shown[POSITION]))
+            sample = Sample(
+                number=k,
+                position_m=float(positions[k]),
+                reference_m=float(plan.reference_m[k]),
+                reference_velocity_m_s=float(speed[k]),
+                direct_v=float(plan.direct_v[k]),
+            )
+            if real_time:
+                time.sleep(max(0.0, began + k * plan.dt_s - time.monotonic()))
+            if steer is not None and (wish := steer(k)) is not None:
+                begun[k] = wish
+                _begin_anew(session, plan, wish, k)
+            result = _answer(session, plan, sample, restarts)
+            if len(result.theta) != n_parameters:
+                raise HilError(
+                    f"{plan.name}: the target answered sample {k} with an estimate of "
+                    f"{len(result.theta)} parameters: expected the {n_parameters} of its "
+                    "configuration; is the firmware of examples/firmware/servo on it?"
+                )
+            results.append(result)
+            counters = _since(session.counters, before)
+            recording.add(
+                k * plan.dt_s,
+                {name: float(shown[OUTPUTS.index(name)]) for name in outputs},
+                sample.reference_m,
+                result,
+                counters,
+                len(restarts),
+            )
+            plant.advance(result.command_v)
+            if progress is not None:
+                progress(k + 1, result, counters)
+    except Stopped:
+        if not results:
+            raise HilError(f"{plan.name}: the run was stopped before its first sample") from None
+        plan, positions = plan.cut(len(results)), positions[: len(results)]
+    except HilError:
+        raise  # without further requests the watchdog of the target closes the valve
+    except BaseException:
+        with suppress(HilError):
+            session.stop()
+        raise
+    with suppress(HilError):  # the run is complete; if this fails, the watchdog closes the valve
+        session.stop()
+    return RunResult(
+        plan,
+        np.array([result.command_v for result in results]),
+        positions,
+        tuple(results),
+        tuple(restarts),
+        _since(session.counters, before),
+        time.monotonic() - began,
+        begun,
+    )
+
+
+def _since(now: Counters, before: Counters) -> Counters:
+    counts = asdict(before)
+    return Counters(**{name: count - counts[name] for name, count in asdict(now).items()})
+
+
+def _changed(plan: Plan, plant: ehsid.Plant) -> ehsid.Plant:
+    """Returns the changed machine in the present state of the machine, but with its spool at null.
+
+    A spool settles within milliseconds, a tenth of a sample at the sampling time of the experiment.
+    """
+    state = dict(zip(OUTPUTS, plant.read(), strict=True))
+    changed = {name: factor * plan.rig.values[name] for name, factor in plan.change.items()}
+    values = {**plan.values, **changed}
+    # Only some of the outputs have an initial value as a parameter.
+    for key in parameter_keys():
+        if key.is_initial:
+            values[key] = float(state[key.parameter])
+    return prepare(plan.rig, dt_s=plan.dt_s, values=values).plant(quantised=False)
+
+
+def _begin(session: Session, plan: Plan, first: int) -> None:
+    session.hello()
+    session.configure(plan.configuration)
+    session.start(first)
+
+
+def _begin_anew(
+    session: Session, plan: Plan, estimator: EstimatorConfiguration, first: int
+) -> None:
+    """Lets the estimator begin anew; the valve is closed for the time of three requests."""
+    wanted = replace(plan, configuration=replace(plan.configuration, estimator=estimator))
+    try:
+        session.stop()
+        session.configure(wanted.configuration)
+        session.start(first)
+    except TargetReset:
+        _restart(session, wanted, first)
+
+
+def _answer(session: Session, plan: Plan, sample: Sample, restarts: list[int]) -> Result:
+    """Returns the answer to a sample; restarts a target that was reset, at most three times."""
+    while True:
+        try:
+            return session.exchange(sample)
+        except TargetReset as error:
+            if len(restarts) == MOST_RESTARTS:
+                raise HilError(
+                    f"the target was reset {MOST_RESTARTS + 1} times, now before sample "
+                    f"{sample.number}: the run ends; look at its supply and its watchdog"
+                ) from error
+            restarts.append(sample.number)
+            _restart(session, plan, sample.number)
+
+
+def _restart(session: Session, plan: Plan, first: int) -> None:
+    """Configures and starts the target again; a further reset meanwhile counts as the same one."""
+    for _ in range(MOST_RESTARTS):
+        try:
+            return _begin(session, plan, first)
+        except TargetReset:
+            continue
+    raise HilError(f"the target does not stay up: reset again and again before sample {first}")

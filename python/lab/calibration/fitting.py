@@ -1,0 +1,154 @@
+# SPDX-License-Identifier: MIT
+"""Maximum likelihood of the constants of the probabilities, with their standard errors.
+
+With the derivatives dp/dx of the probabilities by the coordinates x of the constants, the gradient
+of -ln p(truth) of a machine and its expected curvature, Fisher's information, are
+
+    g = -(dp(truth)/dx) / p(truth),    F = sum over all answers (dp/dx) (dp/dx)' / p
+
+A weak ridge keeps constants of which the machines say nothing where they are. Where the best set of
+a machine changes with x, the probability of outside jumps. So the fit is done in rounds, each
+beside the best sets of the one before. The standard errors are those of the sandwich,
+(F + R)^-1 (sum g g' + R) (F + R)^-1 with the ridge R, which stays right where the probabilities are
+only nearly those of the equation (H. White, Econometrica 50(1), 1982).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, fields
+
+import numpy as np
+from scipy.optimize import minimize
+from scipy.special import expit, logit
+
+from ehsid.harness.base.arrays import FloatArray
+from ehsid.harness.diagnosis.decision.constants import IN_USE, Constants
+
+from .choices import Choices, IntArray, best_sets, log_loss, probabilities
+
+NAMES = tuple(each.name for each in fields(Constants))
+# The logarithms of those that are larger than zero are fitted, and the logit of the lapse, which is
+# between 0 and 1.
+POSITIVE = np.array([name in ("evidence", "least_left") for name in NAMES])
+SHARE = np.array([name == "lapse" for name in NAMES])
+# Standard deviations of the ridge around the constants in use: a factor of e for those that are
+# positive and for the odds of a lapse; odds of 20 to 1, 3 nats, for the others. So a constant that
+# is off by that much costs half a nat, which a few machines outweigh.
+RIDGE = np.where(POSITIVE | SHARE, 1.0, 3.0)
+# Step of the derivatives of the probabilities. They are smooth and of order 1, so the error of
+# central differences, about step^2, and that of rounding, 1e-16 / step, are both far below 1e-6.
+STEP = 1e-4
+# The fit ends where the gradient is below this, nats: then x is within 1e-2 of a standard error of
+# the ridge, which is the largest there is.
+GRADIENT = 1e-2
+# The best sets mostly stay as they are after one to four rounds. Where those of a machine go to and
+# fro without end, either round is right to a small part of a standard error.
+ROUNDS = 10
+
+
+@dataclass(frozen=True, eq=False)
+class Fit:
+    """Fitted constants, and their standard errors, (10,), in the order of `NAMES`."""
+
+    constants: Constants
+    errors: FloatArray
+
+
+def coordinates(constants: Constants) -> FloatArray:
+    """Returns the coordinates x of the fit, (10,): logarithm, logit, or the constant itself."""
+    values = _values(constants)
+    x = values.copy()
+    x[POSITIVE] = np.log(values[POSITIVE])
+    x[SHARE] = logit(values[SHARE])
+    return x
+
+
+def constants_at(x: FloatArray) -> Constants:
+    """Returns the constants with the coordinates x."""
+    values = x.copy()
+    values[POSITIVE] = np.exp(x[POSITIVE])
+    values[SHARE] = expit(x[SHARE])
+    return Constants(**dict(zip(NAMES, values.tolist(), strict=True)))
+
+
+def scales(constants: Constants) -> FloatArray:
+    """Derivatives of the constants by their coordinates, (10,)."""
+    values = _values(constants)
+    # d exp(x)/dx = exp(x), and the derivative of the logistic function is p (1 - p).
+    return np.where(POSITIVE, values, np.where(SHARE, values * (1.0 - values), 1.0))
+
+
+def _values(constants: Constants) -> FloatArray:
+    return np.array([getattr(constants, name) for name in NAMES])
+
+
+def fit(choices: Choices, start: Constants = IN_USE) -> Fit:
+    """Fits the constants to the machines.
+
+    Parameters
+    ----------
+    choices
+        sets of at least one machine.
+    start
+        constants from which the search starts; the ridge is around `IN_USE` in any case.
+    """
+    x = coordinates(start)
+    best = best_sets(choices, start)
+    for _ in range(ROUNDS):
+        x = _fitted_beside(choices, x, best)
+        before, best = best, best_sets(choices, constants_at(x))
+        if np.array_equal(best, before):
+            break
+    constants = constants_at(x)
+    gradients, curvature = _derivatives(choices, x, best, curvature=True)
+    ridge = np.diag(RIDGE**-2.0)
+    bread = np.linalg.inv(curvature + ridge)
+    covariance = bread @ (gradients.T @ gradients + ridge) @ bread
+    return Fit(constants, scales(constants) * np.sqrt(np.diag(covariance)))
+
+
+def _fitted_beside(choices: Choices, start: FloatArray, best: IntArray) -> FloatArray:
+    """Returns the x of least cost, (10,), where outside stands beside these sets whatever x is."""
+    centre = coordinates(IN_USE)
+
+    def cost(x: FloatArray) -> tuple[float, FloatArray]:
+        away = (x - centre) / RIDGE
+        losses = log_loss(probabilities(choices, constants_at(x), best), choices.true)
+        # -sum ln p(truth) + 1/2 sum ((x - x_in_use) / RIDGE)^2
+        value = float(losses.sum() + 0.5 * away @ away)
+        gradients, _ = _derivatives(choices, x, best, curvature=False)
+        return value, gradients.sum(axis=0) + away / RIDGE
+
+    found = minimize(cost, start, jac=True, method="L-BFGS-B", options={"gtol": GRADIENT})
+    return np.asarray(found.x)
+
+
+def _derivatives(
+    choices: Choices, x: FloatArray, best: IntArray, *, curvature: bool
+) -> tuple[FloatArray, FloatArray]:
+    """Gradients of -ln p(truth), (N, 10), and, if wanted, their expected curvature F, (10, 10)."""
+    chances = probabilities(choices, constants_at(x), best)
+    slopes = np.stack(list(_slopes(choices, x, best)), axis=-1)
+    of_truth = np.where(choices.true, chances, 0.0).sum(axis=1, keepdims=True)
+    # g = -sum over the truth of dp/dx / p(truth)
+    gradients = -np.einsum("nm,nmk->nk", choices.true / of_truth, slopes)
+    if not curvature:
+        return gradients, np.zeros((x.size, x.size))
+    # F = sum (dp/dx) (dp/dx)' / p over all answers that there are
+    inverse = np.divide(1.0, chances, out=np.zeros_like(chances), where=chances > 0.0)
+    return gradients, np.einsum("nm,nmk,nml->kl", inverse, slopes, slopes, optimize=True)
+
+
+def _slopes(choices: Choices, x: FloatArray, best: IntArray) -> Iterator[FloatArray]:
+    """Yields dp/dx, (N, M + 1), for each coordinate."""
+    for step in STEP * np.eye(x.size):
+        ahead, behind = (
+            probabilities(choices, constants_at(at), best) for at in (x + step, x - step)
+        )
+        yield (ahead - behind) / (2.0 * STEP)
+
+
+def folds(count: int, number: int, rng: np.random.Generator) -> list[IntArray]:
+    """Returns the indices of the machines of each fold; sizes differ by one at most."""
+    return np.array_split(rng.permutation(count), number)

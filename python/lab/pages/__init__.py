@@ -1,0 +1,2 @@
+# SPDX-License-Identifier: MIT
+"""Pages of the blind checks and of the calibration."""

@@ -1,0 +1,148 @@
+# SPDX-License-Identifier: MIT
+"""Many blind cases at once: mixed kinds, random folder names, the answers in a separate file."""
+
+from __future__ import annotations
+
+import functools
+import glob
+import json
+import os
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ehsid.harness.base.files import result_files, result_folder, write_text
+from ehsid.harness.base.parallel import run_tasks
+
+from .case import KINDS, Kind, Sensors, make_case
+from .excitation import ExcitationSet
+from .nominal_rig import PlantKind
+from .structure import Grade
+from .writing import FILES, record_text, write_case
+
+SHARES = {"one": 0.5, "two": 0.15, "none": 0.1, "params": 0.1, "open": 0.15}
+
+
+def draw_kind(seed: int) -> Kind:
+    """Draws the kind of the case with this seed; half of all cases have one effect."""
+    stream = np.random.default_rng((seed, 7))
+    return KINDS[int(stream.choice(len(KINDS), p=[SHARES[kind] for kind in KINDS]))]
+
+
+def draw_sensors(seed: int, grade: Grade) -> Sensors:
+    """Draws the sensors: the position only in confusable cases and in a third of the others."""
+    if grade == "confusable":
+        return "position"
+    stream = np.random.default_rng((seed, 8))
+    return ("pressures+supply", "pressures", "position")[int(stream.integers(3))]
+
+
+def draw_seconds(seed: int, grade: Grade) -> float:
+    """Draws the length of the records of a case, independently of its effect.
+
+    8 to 20 s; 30 to 60 s for slow records, which have fewer samples a second.
+    """
+    ends = (30.0, 60.0) if grade == "slow" else (8.0, 20.0)
+    return round(float(np.random.default_rng((seed, 9)).uniform(*ends)), 1)
+
+
+def draw_sampling_time(seed: int, grade: Grade) -> float:
+    """Draws the sampling time, s: 20 or 50 ms for slow records, 1 ms for plain and hard ones.
+
+    Wide records have 0.5, 1, 2 or 4 ms.
+    """
+    choice = {"slow": (0.02, 0.05), "wide": (5e-4, 1e-3, 2e-3, 4e-3)}.get(grade, (1e-3,))
+    return choice[int(np.random.default_rng((seed, 10)).integers(len(choice)))]
+
+
+def write_drawn_case(
+    folder: Path,
+    seed: int,
+    grade: Grade,
+    kind: Kind | None,
+    sensors: Sensors | None,
+    plant: PlantKind = "ehs",
+    seconds: float | None = None,
+    effects: Sequence[str] | None = None,
+    transfer: Path | None = None,
+    among: ExcitationSet = "all",
+) -> tuple[str, dict[str, Any]]:
+    """Writes one case and returns its name and answer.
+
+    The transfer record goes to `transfer`/NAME.csv.
+    """
+    case = make_case(
+        seed,
+        grade,
+        kind or draw_kind(seed),
+        effects,
+        sensors="position" if plant == "axis" else sensors or draw_sensors(seed, grade),
+        plant=plant,
+        seconds=draw_seconds(seed, grade) if seconds is None else seconds,
+        dt_s=draw_sampling_time(seed, grade),
+        among=among,
+    )
+    write_case(case, folder / case.name)
+    if transfer is not None:
+        transfer.mkdir(parents=True, exist_ok=True)
+        write_text(transfer / f"{case.name}.csv", record_text(case.transfer))
+    return case.name, dict(case.answer)
+
+
+def write_cases(
+    folder: str | os.PathLike[str],
+    answers: str | os.PathLike[str],
+    seeds: Sequence[int],
+    grade: Grade = "plain",
+    kind: Kind | None = None,
+    sensors: Sensors | None = None,
+    plant: PlantKind = "ehs",
+    seconds: float | None = 20.0,
+    progress: Callable[[float], None] | None = None,
+    among: ExcitationSet = "all",
+) -> None:
+    """Writes folders of cases, and their answers by name to a file outside of them.
+
+    They replace the cases and the answers of an earlier run.
+
+    Parameters
+    ----------
+    kind, sensors
+        kind and sensors of all cases; drawn for each case where None.
+    seconds
+        length of each record, s; drawn for each case where None.
+    among
+        set of which the excitations of wide cases are drawn.
+    progress
+        called with the share of the cases that is done.
+
+    Raises
+    ------
+    ValueError
+        the file of answers would lie in the folder of the cases, or as `result_folder`.
+    """
+    target, answers_file = Path(folder).resolve(), Path(answers).resolve()
+    if target == answers_file.parent or target in answers_file.parents:
+        raise ValueError(f"answers must not lie among the cases: {answers_file} is in {target}")
+    answers_file.parent.mkdir(parents=True, exist_ok=True)
+    names = [f"{glob.escape(target.name)}/*/{name}" for name in FILES]
+    # The manifest is not put among the cases: every folder there is a case.
+    with (
+        result_files(answers_file, "reality") as answers_folder,
+        result_folder(target.parent, f"reality-{target.name}", names) as cases,
+    ):
+        tasks = [
+            functools.partial(
+                write_drawn_case,
+                *(cases / target.name, seed, grade, kind, sensors, plant, seconds),
+                among=among,
+            )
+            for seed in seeds
+        ]
+        answers_by_name = dict(run_tasks(tasks, progress))
+        write_text(
+            answers_folder / answers_file.name,
+            json.dumps(dict(sorted(answers_by_name.items())), indent=1) + "\n",
+        )

@@ -1,0 +1,357 @@
+# SPDX-License-Identifier: MIT
+"""A blind case: the rig as configured, records of the true machine, and the separate answer."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass, replace
+from types import MappingProxyType
+from typing import Any, Literal, NamedTuple
+
+import numpy as np
+
+from ehsid.harness.base.arrays import FloatArray
+
+from . import machine as equations
+from .effects import CATALOGUE, EXCLUSIVE_PAIRS, Effect, Sizes
+from .excitation import (
+    EXCITATION_SETS,
+    EXCITATIONS,
+    WEAK_LOOP_RAD_S,
+    Excitation,
+    ExcitationSet,
+    Task,
+    draw_excitations,
+    draw_task,
+    weak_loop,
+)
+from .families import families
+from .later import LATER
+from .noise import Noise, draw_logger, draw_noise, usual_logger
+from .nominal_rig import LAG, NominalRig, PlantKind, draw_nominal_rig, draw_true_values, rig_text
+from .outside import OUTSIDE, Faults, faults
+from .structure import Grade, build, draw_structure
+from .truth import Truth
+from .unnamed import UNNAMED
+from .variants import Variants, draw_variants, with_variants
+from .wide_rig import draw_wide_rig
+
+Kind = Literal["one", "two", "none", "params", "open"]
+Sensors = Literal["position", "pressures", "pressures+supply", "pressures+supply+spool"]
+KINDS: tuple[Kind, ...] = ("one", "two", "none", "params", "open")
+BEFORE_S = 1.0  # the machine runs for this time before the record begins
+LEAST_SLIDING_S = 1.5e-5  # in which the seals of a wide machine bend to where they slide
+
+COLUMNS: Mapping[Sensors, tuple[str, ...]] = MappingProxyType(
+    {
+        "position": (),
+        "pressures": ("pressure_a_pa", "pressure_b_pa"),
+        "pressures+supply": ("pressure_a_pa", "pressure_b_pa", "supply_pressure_pa"),
+        "pressures+supply+spool": (
+            "pressure_a_pa",
+            "pressure_b_pa",
+            "supply_pressure_pa",
+            "spool",
+        ),
+    }
+)
+
+
+@dataclass(frozen=True)
+class RealityCase:
+    """A blind case: what the diagnosis may read, and what is withheld from it.
+
+    Attributes
+    ----------
+    name
+        name of the folder; it is random and has no information on the case.
+    rig_toml
+        text of the rig file.
+    train, validate
+        columns of the record schema by name, each (n,), SI.
+    transfer
+        a third record, under an excitation of another kind; it is withheld like the answer, to see
+        whether the diagnosed rig holds there, too.
+    answer
+        what is withheld, as plain data.
+    truth, healthy
+        constants of the true machine, with the effects and without them.
+    """
+
+    name: str
+    rig_toml: str
+    train: Mapping[str, FloatArray]
+    validate: Mapping[str, FloatArray]
+    transfer: Mapping[str, FloatArray]
+    answer: Mapping[str, Any]
+    truth: Truth
+    healthy: Truth
+
+
+def make_case(
+    seed: int,
+    grade: Grade = "plain",
+    kind: Kind = "one",
+    effects: Sequence[str] | Mapping[str, Sizes] | None = None,
+    sensors: Sensors = "pressures+supply",
+    excitation: tuple[Excitation, Excitation] | None = None,
+    plant: PlantKind = "ehs",
+    seconds: float = 20.0,
+    dt_s: float = 0.001,
+    among: ExcitationSet = "all",
+) -> RealityCase:
+    """Makes one blind case; the same arguments always make the same case.
+
+    Rig, excitation and noise have random streams of their own, so another kind or effect does not
+    change them. The transfer record has its own streams, too. Its amplitude is never small: a wrong
+    cause may shrink the gap at small amplitudes, but not at large ones.
+
+    Parameters
+    ----------
+    seed
+        not negative.
+    effects
+        ids of the effects, or their sizes by id, for kinds with effects; drawn where None.
+    excitation
+        excitation of the first two records; drawn where None.
+    among
+        set of which the excitations of a wide case are drawn.
+
+    Raises
+    ------
+    ValueError
+        an effect is not known, the kind has another number of effects, or a wide case is asked of
+        an axis or a set of excitations of another grade.
+    """
+    wide = grade == "wide"
+    if wide and plant != "ehs":
+        raise ValueError("grade 'wide' has hydraulic servos only; leave out --plant")
+    if among != "all" and not wide:
+        raise ValueError(f"--excitations {among}: only grade 'wide' has sets, not '{grade}'")
+    streams = [np.random.default_rng(child) for child in np.random.SeedSequence(seed).spawn(11)]
+    rig_rng, value_rng, task_rng, noise_rng, effect_rng, fault_rng, transfer_rng = streams[:7]
+    severity_rng, variant_rng, logger_rng, excitation_rng = streams[7:]
+    rig = draw_wide_rig(rig_rng) if wide else draw_nominal_rig(rig_rng, plant)
+    name = f"{int(rig_rng.integers(2**32)):08x}"
+    sizes_by_effect = _sizes(effect_rng, rig, kind, effects)
+    if "valve_lag" in sizes_by_effect:  # a lag that the rig file states would be no gap
+        rig = replace(rig, values={k: v for k, v in rig.values.items() if k not in LAG})
+    accuracy: Literal["exact", "within", "moved"] = "within"
+    if kind == "none":
+        accuracy = "exact"
+    elif kind == "params":
+        accuracy = "moved"
+    true_values = draw_true_values(value_rng, rig, accuracy)
+    severity = float(severity_rng.random()) if wide else float(grade == "hard")
+    structure = draw_structure(value_rng, rig, severity)
+    if wide:  # at full speed, seals bend and slide within a time that does not take tiny steps
+        structure["bristle_m"] = max(structure["bristle_m"], LEAST_SLIDING_S * rig.speed_m_s)
+    machine = build(rig, true_values, structure)
+    if severity >= 0.5:  # its saturation differs from the tanh by at most 2.2 % of the limit
+        machine = machine._replace(limit_power=2.7)
+    variants = draw_variants(variant_rng) if wide else Variants()
+    healthy = with_variants(machine, variants, ())
+    for effect, sizes in sizes_by_effect.items():
+        machine = _definition(effect).put(machine, sizes, structure["bristle_m"])
+    machine = with_variants(machine, variants, sizes_by_effect)
+    hard = grade == "hard"
+    logger = draw_logger(logger_rng, rig, dt_s) if wide else usual_logger(rig, dt_s, hard)
+
+    excitations = excitation or (
+        draw_excitations(excitation_rng, among) if wide else _draw_excitation(task_rng, grade)
+    )
+    open_loop = (False, bool(task_rng.random() < 0.25))
+    samples = round((seconds + BEFORE_S) / dt_s)
+
+    def record(
+        excitation_kind: Excitation, is_open: bool, small: bool, draws: Draws
+    ) -> dict[str, FloatArray]:
+        weak_rad_s = None
+        if is_open:
+            weak_rad_s = weak_loop(rig) if wide else WEAK_LOOP_RAD_S
+        task = draw_task(draws.task, rig, excitation_kind, samples, dt_s, small, weak_rad_s)
+        noise = draw_noise(draws.noise, rig, samples, logger)
+        record_faults = faults(sizes_by_effect, draws.faults, samples, dt_s)
+        step = max(
+            noise.position_step_m, sizes_by_effect.get("sensor_quantisation", {}).get("step_m", 0.0)
+        )
+        quantised = machine._replace(sensor_step_m=step)
+        return _record(quantised, rig, task, noise, record_faults, sensors, dt_s)
+
+    draws, small = Draws(task_rng, noise_rng, fault_rng), grade == "confusable"
+    train, validate = (
+        record(excitation_kind, is_open, small, draws)
+        for excitation_kind, is_open in zip(excitations, open_loop, strict=True)
+    )
+    kinds = EXCITATION_SETS[among] if wide else EXCITATIONS
+    transfer_excitation = _another_excitation(transfer_rng, kinds, excitations)
+    transfer = record(transfer_excitation, False, False, Draws(*transfer_rng.spawn(3)))
+    answer: dict[str, Any] = {
+        "kind": kind,
+        "plant": plant,
+        "grade": grade,
+        "effects": {effect: dict(sizes) for effect, sizes in sizes_by_effect.items()},
+        "subsystem": [_definition(effect).subsystem for effect in sizes_by_effect],
+        "excitation": list(excitations),
+        "transfer_excitation": transfer_excitation,
+        "open_loop": list(open_loop),
+        "seconds": seconds,
+        "largest_command": [
+            float(np.abs(record_columns["command_v"]).max())
+            / rig.values.get("valve.rated_command_v", 10.0)
+            for record_columns in (train, validate)
+        ],
+        "sensors": sensors,
+        "seed": seed,
+        "dt_s": dt_s,
+        "true": true_values,
+        "told": dict(rig.values),
+        "structure": structure,
+    }
+    if wide:
+        answer |= {
+            "severity": severity,
+            "variants": asdict(variants),
+            "logger": asdict(logger),
+            "families": families(
+                rig, machine, structure, logger, dt_s, sizes_by_effect, excitations
+            ),
+        }
+    return RealityCase(
+        name, rig_text(rig, f"rig-{name}"), train, validate, transfer, answer, machine, healthy
+    )
+
+
+class Draws(NamedTuple):
+    """Random streams of one record."""
+
+    task: np.random.Generator
+    noise: np.random.Generator
+    faults: np.random.Generator
+
+
+def _definition(effect: str) -> Effect:
+    unnamed = {name: law.effect for name, law in UNNAMED.items()}
+    known = {**CATALOGUE, **LATER, **OUTSIDE, **unnamed}
+    if effect not in known:
+        raise ValueError(f"effect '{effect}' is not known; there are {', '.join(known)}")
+    return known[effect]
+
+
+def _sizes(
+    rng: np.random.Generator,
+    rig: NominalRig,
+    kind: Kind,
+    requested: Sequence[str] | Mapping[str, Sizes] | None,
+) -> dict[str, Sizes]:
+    """Returns the sizes of the wanted or drawn effects, by id and parameter."""
+    count = {"one": 1, "two": 2, "none": 0, "params": 0, "open": 1}[kind]
+    pool = OUTSIDE if kind == "open" else CATALOGUE
+    names = [name for name, definition in pool.items() if definition.axis or rig.plant == "ehs"]
+    drawn = [str(name) for name in rng.permutation(names)[:count]]
+    if frozenset(drawn) in EXCLUSIVE_PAIRS:
+        drawn[1] = "transport_delay"
+    chosen = list(requested) if requested is not None else drawn
+    if len(chosen) != count:
+        raise ValueError(f"kind '{kind}' has {count} effects, {len(chosen)} are given: {chosen}")
+    given = requested if isinstance(requested, Mapping) else {}
+    return {name: given.get(name) or _definition(name).draw(rng, rig) for name in chosen}
+
+
+def _draw_excitation(rng: np.random.Generator, grade: Grade) -> tuple[Excitation, Excitation]:
+    if grade == "confusable":
+        return "multisine", "multisine"
+    first, second = (str(kind) for kind in rng.permutation(list(EXCITATIONS))[:2])
+    return first, second  # type: ignore[return-value]
+
+
+def _another_excitation(
+    rng: np.random.Generator, kinds: Sequence[Excitation], used: tuple[Excitation, Excitation]
+) -> Excitation:
+    """Draws a kind of excitation that the first two records do not use."""
+    unused = [kind for kind in kinds if kind not in used]
+    return unused[int(rng.integers(len(unused)))]
+
+
+def _record(
+    machine: Truth,
+    rig: NominalRig,
+    task: Task,
+    noise: Noise,
+    record_faults: Faults,
+    sensors: Sensors,
+    dt_s: float,
+) -> dict[str, FloatArray]:
+    sent, out = _run(machine, task, noise, record_faults, dt_s)
+    first = round(BEFORE_S / dt_s)
+    rated = rig.values.get("valve.rated_command_v", 10.0)
+    record: dict[str, FloatArray] = {
+        "time_s": np.asarray(dt_s * np.arange(sent.size - first)),
+        "command_v": rated * sent[first:],
+        "position_m": out[first:, equations.OUT_Y],
+    }
+    if rig.plant == "axis":
+        return record
+    for name, column in (
+        ("pressure_a_pa", equations.OUT_P_A),
+        ("pressure_b_pa", equations.OUT_P_B),
+        ("supply_pressure_pa", equations.OUT_P_S),
+    ):
+        if name in COLUMNS[sensors]:
+            noisy = out[first:, column] + noise.pressures_pa[name][first:]
+            record[name] = noise.pressure_step_pa * np.rint(noisy / noise.pressure_step_pa)
+    if "spool" in COLUMNS[sensors]:
+        record["spool"] = out[first:, equations.OUT_X] + noise.spool[first:]
+    return record
+
+
+def _run(
+    machine: Truth, task: Task, noise: Noise, record_faults: Faults, dt_s: float
+) -> tuple[FloatArray, FloatArray]:
+    """Simulates the machine and returns its commands (n,) and outputs (n, 6).
+
+    The integration step is chosen from the state before a sample. A large step of the command
+    makes a stiff machine stiffer within the sample than that state shows, and once in hundreds of
+    records the integration diverges. Then it is repeated with `refinement` four times as large.
+    """
+    for refinement in (2, 8):
+        try:
+            sent, out = equations.run(
+                machine,
+                start_state(machine, float(task.reference[0])),
+                dt_s,
+                task.forward,
+                task.reference,
+                task.gain,
+                noise.command_step,
+                noise.position_m + record_faults.error,
+                noise.late_s,
+                record_faults.lost,
+                refinement,
+            )
+        except ZeroDivisionError:
+            continue
+        if np.isfinite(out).all():
+            return sent, out
+    raise ValueError("the machine cannot be integrated; take another seed")
+
+
+def start_state(machine: Truth, position: float) -> FloatArray:
+    """State (12,) at rest: the valve is closed, and the chamber pressures balance the load."""
+    s = np.zeros(equations.STATES)
+    s[equations.Y] = s[equations.Y_2] = s[equations.M] = position
+    if machine.force_per_unit_n > 0.0:
+        return s
+    atmosphere = equations.ATMOSPHERE_PA
+    load = machine.load_n + machine.spring_n_m * (position - 0.5 * machine.stroke_m)
+    low = 0.5 * machine.source_pa * machine.area_a_m2 / (machine.area_a_m2 + machine.area_b_m2)
+    p_b = max(low, 5e5 - load / machine.area_b_m2)
+    p_a = atmosphere + (machine.area_b_m2 * (p_b - atmosphere) + load) / machine.area_a_m2
+    for state, p in ((equations.C_A, p_a), (equations.C_B, p_b)):
+        s[state] = equations.compression(
+            max(p, 1e5), machine.bulk_slope, machine.bulk_modulus_0_pa, machine.gas_fraction
+        )
+    s[equations.P_S] = machine.source_pa
+    assert math.isfinite(s.sum())
+    return s

@@ -1,0 +1,230 @@
+# SPDX-License-Identifier: MIT
+"""What simpler methods and chance would score, from the same results and by the same rules.
+
+Simpler methods choose among the candidates of the diagnosis. Chance is a negative control: answers
+that are permuted among the cases must score no better.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ehsid.harness.catalogue.parameters import effects
+
+from ..blind.answers import Answer
+from .figures import Figure, share
+from .judging import Judgement, ScoredCase, group_by, judge
+from .reading import Candidate, Findings, NamedEffect
+
+PERMUTATIONS = 10_000
+SEED = 6
+
+# What a method finds in a case; None where the file lacks the data that the method needs.
+Method = Callable[[ScoredCase], Findings | None]
+# Whether a diagnosis is right for an answer.
+Test = Callable[[Answer, Findings], bool]
+
+
+@dataclass(frozen=True)
+class Baseline:
+    """A method of diagnosis and its figures over the cases in which it could be applied."""
+
+    name: str
+    how: str
+    figures: tuple[Figure, ...]
+
+
+@dataclass(frozen=True)
+class Control:
+    """Result of a permutation test.
+
+    Attributes
+    ----------
+    words
+        what is counted.
+    real
+        share of the cases of the check that pass the test.
+    chance
+        exact mean of this share over all permutations of the answers among cases with the same
+        sensors.
+    mean, low, high
+        mean of the share over the drawn permutations, and the limits that contain 90 % of them.
+    p_value
+        share of the permutations, the real order among them, that do as well or better; never 0
+        (B. Phipson, G. Smyth, Stat. Appl. Genet. Mol. Biol. 9(1), 2010).
+    deals
+        number of drawn permutations.
+    """
+
+    words: str
+    real: float
+    chance: float
+    mean: float
+    low: float
+    high: float
+    p_value: float
+    deals: int
+
+
+def refit_only(case: ScoredCase) -> Findings:
+    """Blames the values in the rig file and never an effect."""
+    return replace(case.findings, verdict="parameters", named=(), sets=(), subsystem={})
+
+
+def best_fit(case: ScoredCase) -> Findings | None:
+    """Names the set of effects with the lowest cost on the fitted records."""
+    return _chosen(case, lambda candidate: candidate.fitted_cost)
+
+
+def lowest_bic(samples: Mapping[str, float | None]) -> Method:
+    """Method with the lowest BIC / 2 = cost + (k / 2) ln n (Schwarz, Ann. Statist. 6(2), 1978).
+
+    `samples` has n by name of the case. The cost includes priors: those of the rig count alike for
+    all sets, those of an effect's own sizes do not.
+    """
+
+    def method(case: ScoredCase) -> Findings | None:
+        n = samples.get(case.name)
+
+        def criterion(candidate: Candidate) -> float | None:
+            if n is None or candidate.fitted_cost is None or candidate.free is None:
+                return None
+            return candidate.fitted_cost + 0.5 * candidate.free * math.log(n)
+
+        return _chosen(case, criterion)
+
+    return method
+
+
+def largest_gain(case: ScoredCase) -> Findings | None:
+    """Blames the subsystem of the equation in which terms of free form explain most."""
+    if not case.findings.equations:
+        return None
+    subsystem, _ = max(case.findings.equations, key=lambda equation: equation[1])
+    return Findings("outside_catalogue", subsystem={subsystem: 1.0}, gap=case.findings.gap)
+
+
+def _chosen(case: ScoredCase, cost: Callable[[Candidate], float | None]) -> Findings | None:
+    costs = [
+        (value, candidate.effects)
+        for candidate in case.findings.candidates
+        if (value := cost(candidate)) is not None
+    ]
+    if not costs:
+        return None
+    _, best = min(costs, key=lambda pair: pair[0])
+    if not best:
+        return refit_only(case)
+    known = effects().get(best[0])
+    return replace(
+        case.findings,
+        verdict="effects",
+        named=tuple(NamedEffect(effect, 1.0) for effect in best),
+        sets=(),
+        subsystem={known.subsystem: 1.0} if known else {},
+    )
+
+
+def baselines(
+    cases: Sequence[ScoredCase], samples: Mapping[str, float | None]
+) -> tuple[Baseline, ...]:
+    """Returns all methods, judged by the same rules; `samples` is that of `lowest_bic`."""
+    return (
+        _judged("this diagnosis", "as it was run", lambda case: case.findings, cases),
+        _judged("refit only", "values of the rig, never an effect", refit_only, cases),
+        _judged("best fit in sample", "lowest cost on the fitted record", best_fit, cases),
+        _judged(
+            "BIC", "lowest cost + k/2 ln n, n = 20 a second and output", lowest_bic(samples), cases
+        ),
+        Baseline(
+            "largest gain of an equation",
+            "equation in which terms of free form explain most",
+            (_subsystem_first(_applied(largest_gain, cases)),),
+        ),
+    )
+
+
+def _applied(method: Method, cases: Sequence[ScoredCase]) -> list[tuple[ScoredCase, Judgement]]:
+    return [
+        (case, judge(case.answer, findings))
+        for case in cases
+        if (findings := method(case)) is not None
+    ]
+
+
+def _subsystem_first(applied: Sequence[tuple[ScoredCase, Judgement]]) -> Figure:
+    return share("subsystem first", [j.subsystem_first for _, j in applied])
+
+
+def _judged(name: str, how: str, method: Method, cases: Sequence[ScoredCase]) -> Baseline:
+    applied = _applied(method, cases)
+    return Baseline(
+        name,
+        how,
+        (
+            _subsystem_first(applied),
+            share("effect first", [j.effect_first for case, j in applied if case.name_required]),
+            share("exact set", [j.exact for _, j in applied]),
+            share("confident wrong name", [j.wrong_name for _, j in applied]),
+            share("effect where there is none", [j.false_effect for _, j in applied]),
+            share("outside recognised", [j.recognised for _, j in applied]),
+        ),
+    )
+
+
+def controls(cases: Sequence[ScoredCase]) -> tuple[Control, ...]:
+    """Returns the controls of the whole diagnosis and of the first name.
+
+    Returns none without cases, and none where a true effect was left out: the list of effects left
+    out would then reveal the truth.
+    """
+    if not cases or any(case.left_out for case in cases):
+        return ()
+    return (
+        control("verdict and effects right", cases, lambda a, f: judge(a, f).right),
+        control("effect named first", cases, lambda a, f: judge(a, f).effect_first is True),
+    )
+
+
+def control(
+    words: str,
+    cases: Sequence[ScoredCase],
+    test: Test,
+    *,
+    permutations: int = PERMUTATIONS,
+    seed: int = SEED,
+) -> Control:
+    """Permutes the answers at random among cases with the same sensors.
+
+    Everything else stays: the diagnoses, and how often each diagnosis and each truth occurs.
+    """
+    rng = np.random.default_rng(seed)
+    real, chance, permuted = 0.0, 0.0, np.zeros(permutations)
+    for group in group_by(cases, lambda case: case.answer.sensors).values():
+        # 1 where the answer of the row's case suits the diagnosis of the column's case.
+        right = np.array(
+            [[test(a.answer, b.findings) for b in group] for a in group], dtype=np.float64
+        )
+        n = len(group)
+        real += float(np.trace(right))
+        chance += float(right.mean(axis=0).sum())
+        columns = np.arange(n)
+        permuted += np.array(
+            [right[rng.permutation(n), columns].sum() for _ in range(permutations)]
+        )
+    as_good = int(np.count_nonzero(permuted >= real))
+    low, high = np.quantile(permuted, [0.05, 0.95]) / len(cases)
+    return Control(
+        words,
+        real / len(cases),
+        chance / len(cases),
+        float(permuted.mean()) / len(cases),
+        float(low),
+        float(high),
+        (as_good + 1) / (permutations + 1),
+        permutations,
+    )

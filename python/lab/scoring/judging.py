@@ -1,0 +1,298 @@
+# SPDX-License-Identifier: MIT
+"""Rules by which a diagnosis counts as right; they are written only here.
+
+| in the machine | verdict | outcome |
+|---|---|---|
+| one or two effects | `effects`, exactly these | right |
+| | `effects`, the first is one of them, the set is another | incomplete |
+| | `effects`, the first is none of them | wrong name |
+| | `ambiguous`, one of the sets is exactly these | right |
+| | `ambiguous`, none of them is | set without the truth |
+| | `outside_catalogue` | rejected |
+| | `no_gap` or `insufficient_data`, all listed under `cannot_judge` | abstained |
+| | `no_gap`, `parameters`, `insufficient_data` | missed |
+| none, or wrong values only | `no_gap`, `parameters` respectively | right |
+| none | `parameters`, no value of the rig file differs: only what no data sheet gives | right |
+| | the other of these two, or `insufficient_data` | other verdict |
+| | `effects`, `ambiguous`, `outside_catalogue` | false alarm |
+| an effect outside of the catalogue | `outside_catalogue` | right |
+| | `effects`, the one that is nearly it (`NEAR`) | right |
+| | `effects`, anything else | wrong name |
+| | `ambiguous`, the most probable set is not nearly it | set without the truth |
+| | anything else | missed |
+| an effect that the diagnosis had to do without | `outside_catalogue`, `ambiguous` | right |
+| | `effects` | wrong name |
+| | anything else | missed |
+| anything | the diagnosis raised an error | failed |
+
+All laws of friction count as the same effect, so another law is right, too, where the true one was
+left out of the catalogue. Unequal overlaps are a dead band and a null bias. A spring contains a
+constant force: a diagnosis that names a spring where the truth is a force is right; one that names
+a force where the truth is a spring is not.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Sequence
+from dataclasses import dataclass
+from typing import Any, Literal, get_args
+
+from ehsid.harness.diagnosis.schema import Estimate
+from ehsid.harness.diagnosis.search.families import friction_laws, spelled_out
+
+from ..blind.answers import Answer, Kind
+from .reading import FAILED, SENSORS, Findings
+
+Outcome = Literal[
+    "right",
+    "incomplete",
+    "wrong name",
+    "set without the truth",
+    "rejected",
+    "abstained",
+    "missed",
+    "other verdict",
+    "false alarm",
+    "failed",
+]
+KINDS: tuple[Kind, ...] = get_args(Kind)
+KNOWN = ("one", "two")  # kinds with effects of the catalogue
+HEALTHY = {"none": "no_gap", "params": "parameters"}
+STRUCTURAL = ("effects", "ambiguous", "outside_catalogue")
+# Causes of the generator that the catalogue has in another form. Either answer is right: its name,
+# or that the catalogue does not have it.
+NEAR = {
+    "position_dependent_friction": "position_friction",
+    "second_load_mass": "flexible_load",
+    "valve_stiction": "spool_stiction",
+}
+# Limits of the calibrated rig's gap over its noise floor; below the first, no name is required.
+GAP_SIZES = (3.0, 10.0)
+GAP_NAMES = ("below 3 x floor", "3 to 10 x floor", "above 10 x floor", "gap not known")
+
+
+@dataclass(frozen=True)
+class Judgement:
+    """Judgement of one diagnosis; None where a question does not arise in this case.
+
+    Attributes
+    ----------
+    outcome
+        outcome by the table above.
+    subsystem_first
+        whether the subsystem with the largest share in `where` is that of a true effect, in the
+        catalogue or not.
+    effect_first
+        whether the first effect named is a true one, whatever the verdict.
+    exact
+        whether the effects named are exactly the true ones, whatever the verdict.
+    in_set
+        whether one of the sets returned is the truth; without sets, the effects named are the set.
+    set_size
+        number of sets returned; None where nothing was named.
+    wrong_name
+        whether the verdict is `effects` and the first effect is not a true one.
+    false_effect
+        whether an effect was named in a machine without effects.
+    false_alarm
+        whether the verdict for a machine without effects is that it has one, named or not.
+    recognised
+        whether the verdict for an effect outside or left out of the catalogue says so.
+    rejected
+        whether the verdict for an effect in the catalogue says that it is outside.
+    abstained
+        whether the true effects were not named, but listed as those that cannot be judged.
+    """
+
+    outcome: Outcome
+    subsystem_first: bool | None = None
+    effect_first: bool | None = None
+    exact: bool | None = None
+    in_set: bool | None = None
+    set_size: int | None = None
+    wrong_name: bool | None = None
+    false_effect: bool | None = None
+    false_alarm: bool | None = None
+    recognised: bool | None = None
+    rejected: bool | None = None
+    abstained: bool | None = None
+
+    @property
+    def right(self) -> bool:
+        """Whether the diagnosis as a whole is right."""
+        return self.outcome == "right"
+
+
+@dataclass(frozen=True)
+class Transfer:
+    """Gaps and shrinkage on the transfer record.
+
+    Attributes
+    ----------
+    from_nominal, of_explainable
+        realised shrinkage; the second is None where no gap lies above the noise floor or no effect
+        was named.
+    nominal, augmented
+        gaps of the rig as configured and of the augmented rig on the transfer record, nrmse.
+    """
+
+    from_nominal: Estimate
+    of_explainable: Estimate | None
+    nominal: float
+    augmented: float
+
+
+@dataclass(frozen=True)
+class ScoredCase:
+    """A finished case; `transfer` is None without a third record or without compared outputs."""
+
+    name: str
+    answer: Answer
+    findings: Findings
+    judgement: Judgement
+    transfer: Transfer | None = None
+
+    @property
+    def gap_size(self) -> str:
+        """Size of the gap over its noise floor in words, one of `GAP_NAMES`."""
+        if self.findings.gap is None:
+            return GAP_NAMES[-1]
+        return GAP_NAMES[sum(self.findings.gap >= size for size in GAP_SIZES)]
+
+    @property
+    def name_required(self) -> bool:
+        """Whether the gap is large enough to require a name; True where the gap is not known."""
+        return self.findings.gap is None or self.findings.gap >= GAP_SIZES[0]
+
+    @property
+    def left_out(self) -> bool:
+        """Whether the diagnosis had to leave out a true effect."""
+        return left_out(self.answer, self.findings)
+
+    @property
+    def measured(self) -> str:
+        """What was measured, one of `SENSORS`."""
+        return SENSORS[0] if "pressure" in self.answer.sensors else SENSORS[1]
+
+    @property
+    def known(self) -> bool:
+        """Whether the machine has effects of the catalogue and no others."""
+        return self.answer.kind in KNOWN
+
+
+def group_by(
+    cases: Sequence[ScoredCase], key: Callable[[ScoredCase], str | None]
+) -> dict[str, list[ScoredCase]]:
+    """Groups the cases by the key in alphabetic order; cases whose key is None are left out."""
+    groups: dict[str, list[ScoredCase]] = {}
+    for case in cases:
+        name = key(case)
+        if name is not None:
+            groups.setdefault(name, []).append(case)
+    return dict(sorted(groups.items()))
+
+
+def is_true(named: str, effects: Collection[str]) -> bool:
+    """Whether the name stands for one of the true effects."""
+    true = spelled_out([*effects])
+    return all(any(_stands_for(name, each) for each in true) for name in spelled_out([named]))
+
+
+def is_exactly(named: Collection[str], effects: Collection[str]) -> bool:
+    """Whether the names stand for all of the true effects and for nothing else."""
+    named, effects = spelled_out([*named]), spelled_out([*effects])
+    return (
+        len(named) == len(effects)
+        and all(any(_stands_for(name, effect) for name in named) for effect in effects)
+        and all(is_true(name, effects) for name in named)
+    )
+
+
+def _stands_for(named: str, true: str) -> bool:
+    if named in friction_laws():
+        return true in friction_laws()
+    return named == true or (named, true) == ("load_spring", "load_force")
+
+
+def left_out(answer: Answer, findings: Findings) -> bool:
+    """Whether a true effect was excluded from the catalogue of the diagnosis."""
+    return bool(set(answer.effects) & set(findings.settings.get("effects_excluded", ())))
+
+
+def judge(answer: Answer, findings: Findings) -> Judgement:
+    """Compares the diagnosis with the truth."""
+    named = [effect.id for effect in findings.named]
+    verdict = findings.verdict
+    if answer.kind in HEALTHY:
+        return Judgement(
+            _of_healthy(answer.kind, verdict, findings.moved),
+            false_effect=bool(named),
+            false_alarm=verdict in STRUCTURAL,
+        )
+    truth = tuple(answer.effects)
+    first = bool(named) and answer.kind in KNOWN and is_true(named[0], truth)
+    near = not first and bool(named) and named == [NEAR.get(effect) for effect in truth]
+    largest = max(findings.subsystem, key=lambda name: findings.subsystem[name], default=None)
+
+    def structural(outcome: Outcome, **answers: Any) -> Judgement:
+        return Judgement(
+            outcome,
+            subsystem_first=largest in answer.subsystem,
+            wrong_name=verdict == "effects" and not (first or near),
+            **answers,
+        )
+
+    excluded = left_out(answer, findings)
+    if excluded or answer.kind not in KNOWN:
+        right = near or (excluded and (verdict == "ambiguous" or first))
+        recognised = verdict == "outside_catalogue" or (verdict == "effects" and near)
+        return structural(_of_unknown(verdict, right), recognised=recognised)
+    exact = is_exactly(named, truth)
+    in_set = any(is_exactly(group, truth) for group in (findings.sets or [named]))
+    silent = verdict in ("no_gap", "insufficient_data")
+    abstained = silent and all(effect in findings.cannot_judge for effect in truth)
+    return structural(
+        _of_known(verdict, first, exact, in_set, abstained),
+        effect_first=first,
+        exact=exact,
+        in_set=in_set,
+        set_size=(len(findings.sets) or 1) if named else None,
+        rejected=verdict == "outside_catalogue",
+        abstained=abstained,
+    )
+
+
+def _of_healthy(kind: str, verdict: str, moved: bool) -> Outcome:
+    if verdict == FAILED:
+        return "failed"
+    if verdict in STRUCTURAL:
+        return "false alarm"
+    blameless = verdict == "parameters" and not moved
+    return "right" if blameless or verdict == HEALTHY[kind] else "other verdict"
+
+
+def _of_unknown(verdict: str, right: bool) -> Outcome:
+    """Outcome where the effect is not in the catalogue; `right`: effects or a set are right."""
+    match verdict:
+        case "outside_catalogue":
+            return "right"
+        case "effects":
+            return "right" if right else "wrong name"
+        case "ambiguous":
+            return "right" if right else "set without the truth"
+        case "failed":
+            return "failed"
+    return "missed"
+
+
+def _of_known(verdict: str, first: bool, exact: bool, in_set: bool, abstained: bool) -> Outcome:
+    match verdict:
+        case "effects":
+            return "right" if exact else "incomplete" if first else "wrong name"
+        case "ambiguous":
+            return "right" if in_set else "set without the truth"
+        case "outside_catalogue":
+            return "rejected"
+        case "failed":
+            return "failed"
+    return "abstained" if abstained else "missed"

@@ -1,0 +1,163 @@
+# SPDX-License-Identifier: MIT
+"""Reads what the diagnosis found in a case of a check."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from ehsid.harness.diagnosis.diagnosis_file import (
+    DiagnosisFile,
+    HowFar,
+    Value,
+    known,
+    read_diagnosis_file,
+)
+from ehsid.harness.diagnosis.schema import Estimate
+
+from .contradictions import contradictions
+
+FAILED = "failed"  # in place of a verdict, where the diagnosis raised an error
+SENSORS = ("pressures", "position only")  # what was measured
+
+
+@dataclass(frozen=True)
+class NamedEffect:
+    """An effect in `which.effects`, with its sizes by parameter, SI."""
+
+    id: str
+    probability: float
+    sizes: Mapping[str, Estimate] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """A set in `which.candidates`; score and costs in nats, None where the file lacks a cost.
+
+    `left` and `small` are those of `inference.posterior.Hypothesis`, `probability` is that of the
+    set; None where the decision did not weigh the set.
+    """
+
+    effects: tuple[str, ...]
+    score: float
+    fitted_cost: float | None = None
+    held_out_cost: float | None = None
+    free: int | None = None
+    left: float | None = None
+    small: float | None = None
+    probability: float | None = None
+
+
+@dataclass(frozen=True)
+class Findings:
+    """The parts of a diagnosis file that scoring uses.
+
+    Attributes
+    ----------
+    verdict
+        one of the six verdicts, or `FAILED`.
+    named, sets, candidates, cannot_judge
+        named effects, ambiguity set, candidates and effects not judged, from `which`.
+    subsystem
+        shares of the subsystems, from `where`.
+    equations
+        for each equation its subsystem, and the gain of terms in it, nats.
+    calibration
+        calibrated values by full name.
+    moved
+        whether any value differs from the rig file.
+    gap
+        gap of the calibrated rig over the middle of its noise floor; None where it is not known.
+    of_explainable, from_nominal
+        shrinkage on held-out data.
+    seconds
+        time that the diagnosis took, s.
+    settings
+        settings of the diagnosis.
+    contradictions
+        rules that the statements of the diagnosis break; none where it is consistent.
+    """
+
+    verdict: str
+    named: tuple[NamedEffect, ...] = ()
+    sets: tuple[tuple[str, ...], ...] = ()
+    candidates: tuple[Candidate, ...] = ()
+    cannot_judge: frozenset[str] = frozenset()
+    subsystem: Mapping[str, float] = field(default_factory=dict)
+    equations: tuple[tuple[str, float], ...] = ()
+    calibration: Mapping[str, Estimate] = field(default_factory=dict)
+    moved: bool = False
+    gap: float | None = None
+    of_explainable: Estimate | None = None
+    from_nominal: Estimate | None = None
+    seconds: float = math.nan
+    settings: Mapping[str, Any] = field(default_factory=dict)
+    contradictions: tuple[str, ...] = ()
+
+
+def read_findings(folder: Path) -> Findings | None:
+    """Reads the result of a case; returns None where it has not been diagnosed yet."""
+    if (folder / "diagnosis.json").is_file():
+        return _findings(read_diagnosis_file(folder / "diagnosis.json"))
+    return Findings(FAILED) if (folder / "error.txt").is_file() else None
+
+
+def _findings(file: DiagnosisFile) -> Findings:
+    which, how_far = file.which, file.how_far
+    return Findings(
+        verdict=file.verdict,
+        named=tuple(
+            NamedEffect(
+                effect.id,
+                known(effect.probability),
+                {name: size.estimate() for name, size in effect.parameters.items()},
+            )
+            for effect in which.effects
+        ),
+        sets=tuple(map(tuple, which.ambiguity_set)),
+        candidates=tuple(
+            Candidate(
+                tuple(candidate.effects),
+                known(candidate.score),
+                candidate.fitted_cost,
+                candidate.held_out_cost,
+                candidate.free,
+                candidate.left,
+                candidate.small,
+                candidate.probability,
+            )
+            for candidate in which.candidates
+        ),
+        cannot_judge=frozenset(effect.id for effect in which.cannot_judge),
+        subsystem=file.where.subsystem,
+        equations=tuple(
+            (equation.subsystem, equation.gain)
+            for equation in file.where.equations
+            if equation.gain is not None
+        ),
+        calibration={
+            name: Value(value.found, value.ci90).estimate()
+            for name, value in file.calibration.items()
+        },
+        moved=any(value.moved for value in file.calibration.values()),
+        gap=_gap(how_far),
+        of_explainable=_finite(how_far.shrinkage_of_explainable),
+        from_nominal=_finite(how_far.shrinkage_from_nominal),
+        seconds=known(file.provenance.seconds),
+        settings=file.provenance.settings,
+        contradictions=contradictions(file),
+    )
+
+
+def _finite(value: Value) -> Estimate | None:
+    return None if value.value is None else value.estimate()
+
+
+def _gap(how_far: HowFar) -> float | None:
+    ends = [end for end in how_far.noise_floor if end]
+    if how_far.calibrated is None or not ends:
+        return None
+    return how_far.calibrated * len(ends) / sum(ends)

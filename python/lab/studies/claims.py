@@ -1,0 +1,209 @@
+# SPDX-License-Identifier: MIT
+"""Tests on model (16) whether the paper's claims hold, for each condition of a grid.
+
+1. The varying factor (15) converges faster than lambda = 1.
+2. Its converged estimate varies less than that of lambda = 0.99.
+3. It has the lowest RMSE of the three.
+4. After a change of the plant, the reset of Fig. 4 lets the estimate converge again.
+
+The recursion is that of the paper, without this estimator's guards against wind-up.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from enum import StrEnum
+from functools import partial
+from itertools import product
+
+import numpy as np
+import numpy.typing as npt
+
+import ehsid
+from ehsid.harness.base.arrays import FloatArray
+from ehsid.harness.base.parallel import Progress, run_tasks
+from ehsid.harness.models.identification import ArxOrders
+from ehsid.harness.signals.excitation import multisine, prbs, random_steps
+
+from .comparison import PLAIN, Contender, Setting, known_records, run_contender
+from .evidence import Comparison, Finding, Interval, claim_lower, median_interval
+from .known_plant import KnownPlant
+from .published import DT_S, DURATION_S, MODEL_16
+
+ORDERS = ArxOrders(3, 3, 1)
+SAMPLES = round(DURATION_S / DT_S)
+INPUT_RMS = 1.5
+SETTLED = 0.05
+
+
+class Input(StrEnum):
+    """Kinds of input signal that excite the plant, all of the same rms."""
+
+    multisine = "multisine"
+    steps = "steps"
+    prbs = "prbs"
+
+
+def excite(kind: Input, rng: np.random.Generator) -> FloatArray:
+    """Returns an input as long as the published record, shape (2000,), rms 1.5."""
+    match kind:
+        case Input.multisine:
+            return multisine(SAMPLES, DT_S, band_hz=(0.05, 5.0), rms=INPUT_RMS, rng=rng)
+        case Input.steps:
+            # Uniform levels have an rms of amplitude / sqrt(3).
+            amplitude = float(np.sqrt(3.0) * INPUT_RMS)
+            return random_steps(SAMPLES, amplitude=amplitude, hold=(5, 40), rng=rng)
+        case Input.prbs:
+            # The sequence is fixed. Its starting point is drawn at random.
+            signal = prbs(2 * SAMPLES, amplitude=INPUT_RMS, hold=4, bits=10)
+            first = int(rng.integers(SAMPLES))
+            return signal[first : first + SAMPLES]
+
+
+@dataclass(frozen=True)
+class Condition:
+    """Condition of a test: P(0) = p0 I, standard deviation of e(k), input, and lambda0 of (15)."""
+
+    p0: float
+    noise: float
+    input: Input
+    lambda0: float
+
+
+@dataclass(frozen=True)
+class Judged:
+    """Results of claims 1 to 3 under one condition, and the final error of lambda = 1.
+
+    Attributes
+    ----------
+    faster
+        settling time of the varying factor relative to that of lambda = 1.
+    calmer
+        spread of its converged estimate relative to that of lambda = 0.99.
+    lower_rmse
+        its RMSE relative to the lower one of lambda = 1 and lambda = 0.99.
+    error_of_one
+        relative error |theta_hat - theta| / |theta| of lambda = 1 after 100 s.
+    """
+
+    condition: Condition
+    faster: Comparison
+    calmer: Comparison
+    lower_rmse: Comparison
+    error_of_one: Interval
+
+
+def sooner(first: npt.NDArray[np.int64], second: npt.NDArray[np.int64], never: int) -> Comparison:
+    """Tests whether `first` settles sooner, from settling times in samples of paired runs.
+
+    The value `never` stands for a run that does not settle.
+    """
+    # A run that starts within the tolerance counts one sample, so that the ratio is defined.
+    compared = claim_lower(np.maximum(first, 1), np.maximum(second, 1))
+    if np.median(first) >= never and np.median(second) >= never:
+        return Comparison(compared.ratio, Finding.neither)
+    return compared
+
+
+def judge(
+    p0: float, noise: float, kind: Input, lambda0s: Sequence[float], seeds: Sequence[int]
+) -> list[Judged]:
+    """Tests claims 1 to 3 for each lambda0, all on the same records, one record for each seed."""
+    plant = KnownPlant.of(ORDERS, MODEL_16)
+    records = known_records(plant, partial(excite, kind), noise, seeds)
+    truth = plant.theta_path(SAMPLES)
+    setting = Setting(ORDERS, p0=p0)
+    unity = run_contender(Contender(ehsid.Constant(1.0), options=PLAIN), records, truth, setting)
+    fixed = run_contender(Contender(ehsid.Constant(0.99), options=PLAIN), records, truth, setting)
+    judged = []
+    for lambda0 in lambda0s:
+        varying = run_contender(
+            Contender(ehsid.Exponential(lambda0), options=PLAIN), records, truth, setting
+        )
+        judged.append(
+            Judged(
+                Condition(p0, noise, kind, lambda0),
+                faster=sooner(varying.settling(SETTLED), unity.settling(SETTLED), SAMPLES),
+                calmer=claim_lower(varying.spread, fixed.spread),
+                lower_rmse=claim_lower(varying.rmse, np.minimum(unity.rmse, fixed.rmse)),
+                error_of_one=median_interval(unity.error[:, -1]),
+            )
+        )
+    return judged
+
+
+def map_claims(
+    *,
+    p0s: Sequence[float],
+    noises: Sequence[float],
+    inputs: Sequence[Input],
+    lambda0s: Sequence[float],
+    seeds: Sequence[int],
+    progress: Progress | None = None,
+) -> list[Judged]:
+    """Tests claims 1 to 3 for all combinations of the conditions, in parallel."""
+    tasks: list[Callable[[], list[Judged]]] = [
+        partial(judge, p0, noise, kind, lambda0s, seeds)
+        for p0, noise, kind in product(p0s, noises, inputs)
+    ]
+    return [judged for part in run_tasks(tasks, progress) for judged in part]
+
+
+@dataclass(frozen=True)
+class ResetJudged:
+    """Result of claim 4 at one noise: all b are multiplied by `factor` at half of the record.
+
+    Attributes
+    ----------
+    sooner
+        samples until the error stays below 5 %, as the ratio of with reset to without.
+    after
+        samples after the change until the error stays below 5 %, with the reset.
+    fired, false_alarms
+        shares of the runs, 0 to 1, in which the reset fired after the change, and before it.
+    """
+
+    noise: float
+    factor: float
+    sooner: Comparison
+    after: Interval
+    fired: float
+    false_alarms: float
+
+
+def judge_reset(noise: float, factor: float, seeds: Sequence[int]) -> ResetJudged:
+    """Tests claim 4: varying factor, vague start, without and with reset, on the same records."""
+    at = SAMPLES // 2
+    theta = np.array(MODEL_16)
+    changed = theta * np.where(np.arange(theta.size) < ORDERS.na, 1.0, factor)
+    plant = KnownPlant.of(ORDERS, MODEL_16).changed(at, changed)
+    records = known_records(plant, partial(excite, Input.multisine), noise, seeds)
+    truth, setting = plant.theta_path(SAMPLES), Setting(ORDERS)
+    without, with_reset = (
+        run_contender(Contender(ehsid.Exponential(), reset, PLAIN), records, truth, setting)
+        for reset in (False, True)
+    )
+    settled = with_reset.settling(SETTLED, at)
+    return ResetJudged(
+        noise,
+        factor,
+        sooner(settled, without.settling(SETTLED, at), SAMPLES - at),
+        median_interval(settled),
+        fired=float(np.mean([bool((times >= at).any()) for times in with_reset.resets])),
+        false_alarms=float(np.mean([bool((times < at).any()) for times in with_reset.resets])),
+    )
+
+
+def map_resets(
+    *,
+    noises: Sequence[float],
+    factors: Sequence[float],
+    seeds: Sequence[int],
+    progress: Progress | None = None,
+) -> list[ResetJudged]:
+    """Tests claim 4 for all combinations of noise and factor, in parallel."""
+    tasks = [
+        partial(judge_reset, noise, factor, seeds) for noise, factor in product(noises, factors)
+    ]
+    return run_tasks(tasks, progress)

@@ -1,0 +1,131 @@
+# SPDX-License-Identifier: MIT
+"""Reads the servo parameters K, omega_n and xi from the estimates over time, and rig values."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+import ehsid
+from ehsid.harness.base.arrays import FloatArray
+from ehsid.harness.rigs import Rig
+
+from .comparison import Contender, Samples, Setting
+
+Triple = tuple[float, float, float]  # value, low, high
+
+# Samples between two readings: two readings a second at 50 ms.
+EVERY = 10
+SIGMAS = 1.959964  # 95 %
+
+
+@dataclass(frozen=True, eq=False)
+class Reading:
+    """Physical parameters while the estimator runs; NaN where theta describes no servo.
+
+    Attributes
+    ----------
+    time_s
+        times of the T readings in seconds, shape (T,).
+    value, deviation
+        values and their standard deviations, shape (T, 3): K in m/(s V), omega_n in rad/s, xi.
+    status
+        status of each reading: "ok", or the reason why there are no values.
+    theta
+        estimated parameters of each reading, shape (T, 6).
+    """
+
+    time_s: FloatArray
+    value: FloatArray
+    deviation: FloatArray
+    status: tuple[str, ...]
+    theta: FloatArray
+
+
+def read_over_time(
+    samples: Samples, setting: Setting, contender: Contender, dt_s: float
+) -> Reading:
+    """Runs the estimator over a record and reads the servo from theta every ten samples.
+
+    The structure must be that of Eq. (7) for a servo: na = nb = 3, nk = 1.
+    """
+    u, y = samples
+    estimator = setting.estimator(contender)
+    times, values, deviations, status, thetas = [], [], [], [], []
+    for first in range(0, u.size, EVERY):
+        estimator.run(u[first : first + EVERY], y[first : first + EVERY])
+        theta = np.array(estimator.theta_hat)[:6]
+        reading = ehsid.identify_servo(
+            theta,
+            np.asarray(estimator.covariance)[:6, :6],
+            dt_s,
+        )
+        times.append(min(first + EVERY, u.size) * dt_s)
+        values.append((reading.gain, reading.omega_n, reading.xi))
+        deviations.append((reading.gain_std, reading.omega_n_std, reading.xi_std))
+        status.append(reading.status.name)
+        thetas.append(theta)
+    return Reading(
+        np.array(times), np.array(values), np.array(deviations), tuple(status), np.array(thetas)
+    )
+
+
+@dataclass(frozen=True)
+class RigReading:
+    """Rig values computed from a reading: value, and lower and upper end of its 95 % interval.
+
+    Attributes
+    ----------
+    velocity_gain
+        estimated K in m/(s V).
+    bulk_modulus_pa
+        bulk modulus in Pa from omega_n, with mass, areas and volumes of the rig file.
+    mass_kg
+        mass in kg from omega_n, with the bulk modulus, areas and volumes of the rig file.
+    """
+
+    velocity_gain: Triple
+    bulk_modulus_pa: Triple
+    mass_kg: Triple
+
+
+def oil_spring(rig: Rig, position_m: float) -> float:
+    """Returns A_a^2 / V_a + A_b^2 / V_b at a position: oil stiffness over bulk modulus, in m."""
+    v = rig.values
+    cap = math.pi / 4.0 * v["cylinder.bore_m"] ** 2
+    annulus = cap - math.pi / 4.0 * v["cylinder.rod_m"] ** 2
+    volume_a = v["cylinder.dead_volume_a_m3"] + cap * position_m
+    volume_b = v["cylinder.dead_volume_b_m3"] + annulus * (v["cylinder.stroke_m"] - position_m)
+    return cap**2 / volume_a + annulus**2 / volume_b
+
+
+def read_rig_values(reading: Reading, rig: Rig, position_m: float) -> RigReading | None:
+    """Computes bulk modulus and mass from the last valid reading.
+
+    omega_n^2 = beta_e (A_a^2 / V_a + A_b^2 / V_b) / m, the asymmetric form of the paper's
+    omega_n (Merritt, Hydraulic Control Systems, Wiley 1967, sec. 6.2). The intervals include only
+    the uncertainty of K and omega_n: the values of the rig file count as known. The result is None
+    without a valid reading, or for a rig whose plant is not "ehs".
+    """
+    good = [i for i, status in enumerate(reading.status) if status == "ok"]
+    if not good or rig.plant != "ehs":
+        return None
+    gain, omega_n, _ = reading.value[good[-1]]
+    gain_std, omega_std, _ = reading.deviation[good[-1]]
+    spring, mass = oil_spring(rig, position_m), rig.values["load.mass_kg"]
+    bulk = rig.values["fluid.bulk_modulus_pa"]
+    low, high = max(omega_n - SIGMAS * omega_std, 0.0), omega_n + SIGMAS * omega_std
+
+    return RigReading(
+        velocity_gain=(gain, gain - SIGMAS * gain_std, gain + SIGMAS * gain_std),
+        bulk_modulus_pa=_triple(lambda w: w**2 * mass / spring, omega_n, low, high),
+        mass_kg=_triple(lambda w: bulk * spring / max(w, 1e-12) ** 2, omega_n, high, low),
+    )
+
+
+def _triple(of: Callable[[float], float], *arguments: float) -> Triple:
+    value, low, high = (of(argument) for argument in arguments)
+    return value, low, high

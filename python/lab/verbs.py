@@ -1,0 +1,28 @@
+# SPDX-License-Identifier: MIT
+"""The commands of the lab, which the product finds by the entry point of this module."""
+
+from __future__ import annotations
+
+from ehsid.harness.cli.lazy import Verb
+from ehsid.harness.cli.many_values import ManyValues
+
+PACKAGE = "ehsid.lab.cli"
+
+VERBS = (
+    Verb(
+        "gap-check",
+        "Check the diagnosis on machines whose effect is withheld: make, seal, run, score.",
+        package=PACKAGE,
+    ),
+    Verb(
+        "gap-calibrate",
+        "Check on machines with known causes whether the probabilities are meant.",
+        ManyValues,
+        package=PACKAGE,
+    ),
+    Verb(
+        "experiment",
+        "Redo the published experiment end to end, and say where its claims hold.",
+        package=PACKAGE,
+    ),
+)

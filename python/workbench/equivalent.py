@@ -1,0 +1,159 @@
+# SPDX-License-Identifier: MIT
+"""The command and the Python that do the same as a step of the page."""
+
+from __future__ import annotations
+
+import os
+import shlex
+
+from .equivalent_next import next_commands, next_python
+from .model_equivalent import model_commands, model_python
+from .session import RIG, Entry, Session
+
+
+def commands(session: Session, step: str) -> list[str]:
+    """Returns the commands of a step, to be run in the folder of the session."""
+    return [shlex.join(command) for command in _COMMANDS[step](session)]
+
+
+def shown_commands(session: Session, step: str) -> str:
+    """Returns the commands of a step with the change into the folder of the session."""
+    return "\n".join([f"cd {shlex.quote(os.fspath(session.folder))}", *commands(session, step)])
+
+
+def python(session: Session, step: str) -> str:
+    """Returns the Python of a step, to be run in the folder of the session."""
+    return "\n".join(_PYTHON[step](session)) + "\n"
+
+
+def _record(entry: Entry) -> str:
+    return f"records/{entry.id}.parquet"
+
+
+def _halves(session: Session) -> tuple[list[str], list[str]]:
+    """Returns the records to be fitted, and those that are held out."""
+    entries = session.settings.records
+    return (
+        [_record(entry) for entry in entries if not entry.held_out],
+        [_record(entry) for entry in entries if entry.held_out],
+    )
+
+
+def _load_commands(session: Session) -> list[list[str]]:
+    return [["ehsid", "import", entry.file] for entry in session.settings.records]
+
+
+def _map_commands(session: Session) -> list[list[str]]:
+    made = []
+    for entry in session.settings.records:
+        maps = [word for key, value in entry.maps.items() for word in ("--map", f"{key}={value}")]
+        step = [] if entry.dt_s is None else ["--dt", f"{entry.dt_s:.12g}"]
+        made.append(["ehsid", "import", entry.file, *maps, *step, "--out", _record(entry)])
+    return made
+
+
+def _rig_commands(session: Session) -> list[list[str]]:
+    rig = session.settings.rig
+    if not any(rig.answers.values()):
+        return []
+    given = [
+        word for name, text in rig.answers.items() if text.strip() for word in (f"--{name}", text)
+    ]
+    flags = ["--double-rod"] * rig.double_rod + ["--hoses"] * rig.hoses
+    over = ["--drop-over", "both" if rig.drop_over_both else "edge"]
+    over = over if rig.answers.get("rated-drop", "").strip() else []
+    if rig.plant == "axis":
+        flags = over = []
+    name = ["--name", session.name]
+    return [
+        ["ehsid", "rig", "new", "--plant", rig.plant, *name, *given, *flags, *over, "--out", RIG]
+    ]
+
+
+def _check_commands(session: Session) -> list[list[str]]:
+    records = [_record(entry) for entry in session.settings.records]
+    return [["ehsid", "rig", "check", RIG, *records, "--out", "check"]]
+
+
+def _gap_commands(session: Session) -> list[list[str]]:
+    fitted, held_out = _halves(session)
+    validate = ["--validate", *held_out] if held_out else []
+    return [["ehsid", "gap", *fitted, "--rig", RIG, *validate, "--out", "gap"]]
+
+
+def _load_python(session: Session) -> list[str]:
+    read = [f"print(ehsid.read({entry.file!r}).summary())" for entry in session.settings.records]
+    return ["import ehsid", "", *read]
+
+
+def _map_python(session: Session) -> list[str]:
+    lines = ["import ehsid", ""]
+    for entry in session.settings.records:
+        maps = f", maps={entry.maps!r}" if entry.maps else ""
+        step = "" if entry.dt_s is None else f", dt_s={entry.dt_s!r}"
+        lines.append(f"ehsid.read({entry.file!r}{maps}{step}).save({_record(entry)!r})")
+    return lines
+
+
+def _rig_python(session: Session) -> list[str]:
+    rig = session.settings.rig
+    given = {name: text for name, text in rig.answers.items() if text.strip()}
+    if not given:
+        return ["import ehsid", "", f"print(ehsid.Rig.read({RIG!r}).summary())"]
+    said = {"double_rod": rig.double_rod, "hoses": rig.hoses} if rig.plant == "ehs" else {}
+    over = {"drop_over": "both"} if rig.plant == "ehs" and rig.drop_over_both else {}
+    options = {"name": session.name, **{name: True for name, yes in said.items() if yes}, **over}
+    answers = {name.replace("-", "_"): text for name, text in given.items()}
+    return [
+        "import ehsid",
+        "",
+        "rig = ehsid.Rig.new(",
+        f"    {rig.plant!r},",
+        *(f"    {name}={value!r}," for name, value in (options | answers).items()),
+        ")",
+        f"rig.save({RIG!r})",
+    ]
+
+
+def _check_python(session: Session) -> list[str]:
+    return [
+        "import ehsid",
+        "from ehsid.harness.fitness import check_rig",
+        "",
+        f"rig = ehsid.Rig.read({RIG!r})",
+        f"for path in {[_record(entry) for entry in session.settings.records]!r}:",
+        "    for finding in check_rig(ehsid.read(path).result, rig.result).findings:",
+        "        print(finding.check, finding.status, finding.text)",
+    ]
+
+
+def _gap_python(session: Session) -> list[str]:
+    fitted, held_out = _halves(session)
+    validate = f", validate={held_out!r}" if held_out else ""
+    return [
+        "import ehsid",
+        "",
+        f"found = ehsid.diagnose({fitted!r}, {RIG!r}{validate})",
+        "print(found.summary())",
+        "found.save('gap')",
+    ]
+
+
+_COMMANDS = {
+    "load": _load_commands,
+    "map": _map_commands,
+    "rig": _rig_commands,
+    "check": _check_commands,
+    "model": model_commands,
+    "gap": _gap_commands,
+    "next": next_commands,
+}
+_PYTHON = {
+    "load": _load_python,
+    "map": _map_python,
+    "rig": _rig_python,
+    "check": _check_python,
+    "model": model_python,
+    "gap": _gap_python,
+    "next": next_python,
+}

@@ -1,0 +1,161 @@
+# SPDX-License-Identifier: MIT
+"""The part of the playground that hides an effect, asks for a guess, and shows the truth."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import panel as pn
+
+from ehsid.harness.base.files import write_text
+from ehsid.harness.rigs import read_rig, rig_text
+from ehsid.harness.show.gap_words import first_upper, plain_name
+
+from . import look
+from .lesson import candidates, guessed, lesson_of
+from .lesson_flow import Stage, advance, lessons
+from .lesson_words import outcome_html
+from .playground_rigs import chosen_rig
+from .session import Session
+from .steps.step import progress
+from .view import View
+
+LOOK_MS = 1000  # between two looks at the work
+WHY = (
+    "<h2>Hide an effect and let the diagnosis find it</h2><p>An effect and its sizes are drawn at "
+    "random and built into a machine with the rig that is chosen above. You get three logs of it, "
+    "with sensor noise. Look at them as at those of any machine, guess, and see whether the "
+    "diagnosis finds the effect.</p>"
+)
+NO_IDEA = "I have no idea"
+
+
+class LessonPart:
+    """Buttons, progress and outcome. `rig_title` is the field in which a rig is chosen."""
+
+    def __init__(self, view: View, rig_title: pn.widgets.Select) -> None:
+        self._view, self._workbench, self._rig_title = view, view.workbench, rig_title
+        self._hide = view.button("Hide an effect")
+        self._hide.on_click(view.told(self._begin))
+        fields = {"stylesheets": [look.CONTROLS], "description": None, "margin": (2, 12, 2, 0)}
+        self._which = pn.widgets.Select(name="lesson", width=200, **fields)
+        self._which.param.watch(view.told(lambda event: self.refresh()), "value")
+        self._told, self._status, self._outcome = (look.words("") for _ in range(3))
+        self._guess = pn.widgets.Select(name="your guess", width=290, **fields)
+        self._find = view.button("Guess, and start the diagnosis", primary=True)
+        self._find.on_click(view.told(self._answer))
+        self._again = view.button("Start the diagnosis again")
+        self._again.on_click(view.told(lambda event: self._diagnose()))
+        self._cancel = view.button("Cancel")
+        self._cancel.on_click(view.told(self._end))
+        self._hiding: Session | None = None
+        self.layout = pn.Column(
+            look.words(WHY),
+            pn.FlexBox(self._hide, self._which, align_items="end"),
+            self._told,
+            pn.FlexBox(self._guess, self._find, align_items="end"),
+            self._status,
+            pn.FlexBox(self._again, self._cancel),
+            self._outcome,
+            sizing_mode="stretch_width",
+        )
+        look_again = view.told(self.refresh, keep=True)
+        look_again()
+        pn.state.add_periodic_callback(look_again, period=LOOK_MS)
+
+    def _begin(self, event: Any) -> None:
+        del event
+        rig = chosen_rig(self._workbench, str(self._rig_title.value))
+        if rig.plant != "ehs":
+            raise ValueError(
+                f"{rig.name}: a lesson needs a hydraulic rig: expected one with valve and "
+                "cylinder; choose another rig above"
+            )
+        self._hiding = self._workbench.begun("lesson")
+        write_text(self._hiding.rig_file, rig_text(rig))
+        self._workbench.hide(self._hiding)
+        self.refresh()
+
+    def _answer(self, event: Any) -> None:
+        del event
+        guessed(self._chosen(), self._guess.value)
+        self.refresh()
+
+    def _diagnose(self) -> None:
+        self._workbench.diagnose(self._chosen())
+        self.refresh()
+
+    def _end(self, event: Any) -> None:
+        del event
+        job = self._workbench.job(self._chosen(), "gap")
+        if job is not None and job.running:
+            job.cancel()
+        self.refresh()
+
+    def _chosen(self) -> Session:
+        return self._workbench.opened(self._which.value)
+
+    def refresh(self) -> None:
+        """Starts what comes next, and shows where the lesson is."""
+        names = lessons(self._workbench)
+        hiding = self._hiding
+        job = None if hiding is None else self._workbench.job(hiding, "lesson")
+        if hiding is not None and hiding.name in names:
+            self._hiding = None
+        chosen = hiding.name if hiding is not None and hiding.name in names else self._which.value
+        if sorted(names) != self._which.options:
+            self._which.options = sorted(names)
+        if names:
+            self._which.value = chosen if chosen in names else names[0]
+        self._which.visible = len(names) > 1
+        self._hide.disabled = job is not None and job.running
+        if job is not None and (job.running or job.message):
+            self._show(None, progress(job))
+        elif names:
+            self._show_stage(self._chosen())
+        else:
+            self._show(None, "")
+
+    def _show_stage(self, session: Session) -> None:
+        stage = advance(self._workbench, session)
+        key = "check" if stage in (Stage.preparing, Stage.broken) else "gap"
+        job = self._workbench.job(session, key)
+        status = progress(job)
+        if stage is Stage.preparing and not status:
+            status = '<p role="status">The logs are read.</p>'
+        if stage is Stage.broken and not status:
+            status = look.error(
+                f"{session.name}: this lesson cannot go on, because its records or its rig were "
+                "changed: expected them as they were made; hide another effect"
+            )
+        if stage is Stage.guess and not self._guess.options:
+            options = {
+                first_upper(plain_name(effect.id)): effect.id
+                for effect in candidates(read_rig(session.rig_file))
+            }
+            self._guess.options = {NO_IDEA: "none", **dict(sorted(options.items()))}
+        self._show(stage, status, session)
+
+    def _show(self, stage: Stage | None, status: str, session: Session | None = None) -> None:
+        """Shows the parts that belong to a stage; None: there is no lesson yet."""
+        self._guess.visible = self._find.visible = stage is Stage.guess
+        self._again.visible = stage is Stage.stopped
+        self._cancel.visible = stage is Stage.diagnosing
+        self._set(self._status, status)
+        told, outcome = "", ""
+        if session is not None and stage is not None:
+            link = f"/?session={session.name}&amp;theme={self._view.theme}"
+            told = (
+                f"<p><b>{session.name}</b>: an effect is hidden in this machine. "
+                f'<a href="{link}&amp;step=map" target="_blank">Look at its records</a></p>'
+            )
+            lesson = lesson_of(session)
+            if stage is Stage.found and lesson is not None:
+                outcome = outcome_html(session, lesson)
+        self._set(self._told, told)
+        self._set(self._outcome, outcome)
+
+    @staticmethod
+    def _set(part: pn.pane.HTML, html: str) -> None:
+        if part.object != html:
+            part.object = html

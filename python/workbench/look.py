@@ -1,0 +1,141 @@
+# SPDX-License-Identifier: MIT
+"""How the workbench looks: one style sheet for all parts, light and dark, and the page around."""
+
+from __future__ import annotations
+
+from html import escape
+from pathlib import Path
+
+import panel as pn
+from bokeh.plotting import figure
+
+from ehsid.harness.base.text import printable
+from ehsid.harness.show.plotting import BLUE, GREEN, ORANGE, PURPLE, SKY, VERMILION
+
+# Colours of lines; blue and vermilion are too dark on a dark ground.
+COLOURS = {
+    "light": (BLUE, VERMILION, GREEN, PURPLE, ORANGE, SKY),
+    "dark": (SKY, ORANGE, GREEN, PURPLE, VERMILION, BLUE),
+}
+THEMES = {
+    "light": {
+        "ground": "#f3f5f7", "paper": "#ffffff", "ink": "#1c2126", "soft": "#57606a",
+        "line": "#d0d7de", "accent": BLUE, "on": "#ffffff", "good": "#0b6b4d", "bad": "#a63d00",
+        "tint": "#e8f1f8",
+    },
+    "dark": {
+        "ground": "#12161a", "paper": "#1b2026", "ink": "#e6eaee", "soft": "#a3adb8",
+        "line": "#38424c", "accent": SKY, "on": "#0d1216", "good": "#4fc79b", "bad": "#ff9a5c",
+        "tint": "#1f2f3b",
+    },
+}  # fmt: skip
+
+
+STYLE = Path(__file__).parent / "style"
+WORDS, CONTROLS, STEPS, STEP_BUTTON, PLAYGROUND = (
+    (STYLE / f"{name}.css").read_text(encoding="utf-8")
+    for name in ("words", "controls", "steps", "step_button", "playground")
+)
+
+
+# Pages of their own, by their address: each is reached from the head of all others.
+VIEWS = {"": "Workbench", "machines": "Machines", "playground": "Playground", "live": "Live"}
+
+
+def template(name: str, theme: str) -> pn.Template:
+    """Returns the page around the parts, `page` or `view`, with the colours of both themes."""
+    rules = "\n  ".join(
+        f"{':root, ' if key == 'light' else ''}[data-theme={key}] {{ color-scheme: {key}; "
+        + " ".join(f"--{colour}: {value};" for colour, value in colours.items())
+        + " }"
+        for key, colours in THEMES.items()
+    )
+    parts = [(STYLE / f"{part}.html").read_text(encoding="utf-8") for part in ("head", name)]
+    html = "".join(parts).replace("THEME_RULES", rules)
+    for place, script in (("THEME_SCRIPT", "theme"), ("VIEW_SCRIPT", "sort")):
+        html = html.replace(place, (STYLE / f"{script}.js").read_text(encoding="utf-8"))
+    made = pn.Template(html)
+    made.add_variable("theme", theme)
+    made.add_variable("other_words", f"{'light' if theme == 'dark' else 'dark'} colours")
+    made.add_variable("views", VIEWS)
+    return made
+
+
+def words(html: str) -> pn.pane.HTML:
+    """Returns a part of the page made of HTML; what others wrote in it is escaped with `plain`."""
+    return pn.pane.HTML(html, stylesheets=[WORDS], sizing_mode="stretch_width", margin=(4, 0))
+
+
+def beside(*parts: pn.viewable.Viewable, least: str = "16rem") -> pn.FlexBox:
+    """Returns parts side by side, which share the width, and one below the other where it ends."""
+    for part in parts:
+        part.sizing_mode = None
+        part.styles = {"flex": f"1 1 {least}", "min-width": f"min({least}, 100%)"}
+    return pn.FlexBox(*parts, sizing_mode="stretch_width", gap="0 1.2rem", align_items="start")
+
+
+def tick(text: str, value: bool) -> pn.widgets.CheckBoxGroup:
+    """Returns a box to be ticked; its value is a list, empty where it is not ticked.
+
+    The text is a part of the box, for who clicks on it and who hears it read, as Panel's Checkbox
+    does not have it.
+    """
+    return pn.widgets.CheckBoxGroup(
+        options={text: True}, value=[True] * value, stylesheets=[CONTROLS], margin=(4, 0)
+    )
+
+
+def side_by_side(*parts: pn.viewable.Viewable, least: str = "22rem") -> pn.Column:
+    """Returns parts in columns of one width, as `beside`; plots need this one to know theirs."""
+    # At most two columns: a third one of 40 % has no room.
+    columns = f"repeat(auto-fit, minmax(min(max({least}, 40%), 100%), 1fr))"
+    grid = f"display: grid !important; grid-template-columns: {columns}; gap: 0 1.2rem;"
+    rules = f":host {{ {grid} }}"
+    return pn.Column(*parts, stylesheets=[rules], sizing_mode="stretch_width")
+
+
+def plain(text: object) -> str:
+    """Returns a text of others as HTML that says exactly this text."""
+    return escape(printable(str(text)))
+
+
+def table(headings: list[str], rows: list[list[str]], numbers: tuple[int, ...] = ()) -> str:
+    """Returns a table as HTML; the cells are HTML, the columns `numbers` stand to the right."""
+
+    def cell(tag: str, column: int, text: str) -> str:
+        kind = ' class="n"' if column in numbers else ""
+        return f"<{tag}{kind}>{text}</{tag}>"
+
+    head = "".join(cell("th", i, text) for i, text in enumerate(headings))
+    body = "".join(
+        f"<tr>{''.join(cell('td', i, text) for i, text in enumerate(row))}</tr>" for row in rows
+    )
+    return (
+        f'<div class="scroll"><table><thead><tr>{head}</tr></thead><tbody>{body}</tbody>'
+        "</table></div>"
+    )
+
+
+def error(text: str) -> str:
+    """Returns a problem as HTML."""
+    return f'<div class="error" role="alert">{plain(text)}</div>' if text else ""
+
+
+def dress(plot: figure, theme: str) -> None:
+    """Gives a plot the colours of the theme."""
+    colours = THEMES[theme]
+    plot.background_fill_color = plot.border_fill_color = colours["paper"]
+    plot.outline_line_color = colours["line"]
+    for axis in plot.axis:
+        axis.axis_label_text_color = axis.major_label_text_color = colours["ink"]
+        axis.axis_label_text_font_style = "normal"
+        axis.axis_line_color = axis.major_tick_line_color = colours["soft"]
+        axis.minor_tick_line_color = None
+    for grid in plot.grid:
+        grid.grid_line_color = colours["line"]
+        grid.grid_line_alpha = 0.6
+    for legend in plot.legend:
+        legend.background_fill_color = colours["paper"]
+        legend.background_fill_alpha = 0.8
+        legend.label_text_color = colours["ink"]
+        legend.border_line_color = colours["line"]

@@ -1,0 +1,212 @@
+# SPDX-License-Identifier: MIT
+"""Plots of signals of any length, whose points follow the range that is seen."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from bokeh.layouts import column
+from bokeh.models import Column, ColumnDataSource, Legend, LegendItem, Range1d
+from bokeh.plotting import figure
+
+from ehsid.harness.base.arrays import FloatArray
+from ehsid.harness.base.text import printable
+
+from .look import COLOURS, dress
+
+COLUMNS = 1200  # pixel columns that are filled
+
+
+class Signal(Protocol):
+    """A pyramid, or what stands for one."""
+
+    @property
+    def values(self) -> FloatArray:
+        """See `Pyramid.values`."""
+
+    def view(self, first: int, last: int, columns: int) -> tuple[FloatArray, FloatArray]:
+        """See `Pyramid.view`."""
+
+
+@dataclass(frozen=True)
+class Line:
+    """A signal to draw.
+
+    Attributes
+    ----------
+    name
+        in the legend.
+    pyramid
+        its samples.
+    factor
+        to the unit that is shown.
+    band
+        lower and upper end of a band around it, of as many samples; None draws none.
+    """
+
+    name: str
+    pyramid: Signal
+    factor: float = 1.0
+    band: tuple[Signal, Signal] | None = None
+
+
+@dataclass(frozen=True)
+class Panel:
+    """Lines with one axis, and its label."""
+
+    label: str
+    lines: Sequence[Line]
+
+
+@dataclass(frozen=True)
+class Stack:
+    """Plots one below the other.
+
+    Attributes
+    ----------
+    layout
+        all of them, to be shown: Bokeh warns of a range that plots of several layouts share.
+    plots
+        each of them, from top to bottom.
+    draw
+        draws what is seen anew, after signals have changed.
+    """
+
+    layout: Column
+    plots: list[figure]
+    draw: Callable[[], None]
+
+
+def stacked(panels: Sequence[Panel], time_s: FloatArray | None, theme: str, axis: str) -> Stack:
+    """Returns plots one below the other, with one time axis.
+
+    Parameters
+    ----------
+    panels
+        what to draw.
+    time_s
+        times of the samples; None draws over their numbers.
+    theme
+        key of `THEMES`.
+    axis
+        label of the time axis.
+    """
+    size = max(line.pyramid.values.size for panel in panels for line in panel.lines)
+    last = float(size - 1) if time_s is None else float(time_s[-1])
+    first = 0.0 if time_s is None else float(time_s[0])
+    shared = Range1d(first, max(last, first + 1e-9), bounds="auto")
+    plots, updates, colours = [], [], COLOURS[theme]
+    told: set[str] = set()
+    for number, panel in enumerate(panels):
+        bottom = number == len(panels) - 1
+        plot = figure(
+            height=190 + 30 * bottom,
+            sizing_mode="stretch_width",
+            x_range=shared,
+            tools="xpan,xwheel_zoom,xbox_zoom,reset",
+            active_drag="xpan",
+            active_scroll="xwheel_zoom",
+            toolbar_location="above" if number == 0 else None,
+            y_axis_label=printable(panel.label),
+            x_axis_label=axis if bottom else None,
+            output_backend="canvas",
+            min_border_left=70,
+        )
+        plot.toolbar.logo = None
+        plot.xaxis.visible = bottom
+        entries = []
+        for i, line in enumerate(panel.lines):
+            source = ColumnDataSource({"x": [], "y": []})
+            colour = colours[i % len(colours)]
+            if line.band is not None:
+                ends = ColumnDataSource({"x": [], "low": [], "high": []})
+                plot.varea("x", "low", "high", source=ends, fill_color=colour, fill_alpha=0.15)
+                updates.append(_band_update(ends, line.band, line.factor, time_s))
+            drawn = plot.line("x", "y", source=source, color=colour)
+            entries.append(LegendItem(label=printable(line.name), renderers=[drawn]))
+            updates.append(_update(source, line, time_s))
+        names = {line.name for line in panel.lines}
+        if len(names) > 1 and not names <= told:  # once for panels with the same lines
+            legend = Legend(items=entries, orientation="horizontal", padding=2, margin=2)
+            plot.add_layout(legend, "above")
+            plot.height += 30
+            told |= names
+        dress(plot, theme)
+        plots.append(plot)
+
+    waits = False
+
+    def draw() -> None:
+        nonlocal waits
+        waits = False
+        for update in updates:
+            update(float(shared.start), float(shared.end))
+
+    def moved(attribute: str, old: object, new: object) -> None:
+        """Both ends move one after the other, and a wheel turns often: drawn once for all."""
+        nonlocal waits
+        del attribute, old, new
+        if not waits and shared.document is not None:
+            waits = True
+            shared.document.add_next_tick_callback(draw)
+
+    draw()
+    shared.on_change("start", moved)
+    shared.on_change("end", moved)
+    return Stack(column(*plots, sizing_mode="stretch_width", spacing=0), plots, draw)
+
+
+def legend_above(plot: figure) -> None:
+    """Puts the legend above a plot, where it hides nothing."""
+    (legend,) = plot.legend
+    plot.center.remove(legend)
+    plot.add_layout(legend, "above")
+    legend.orientation = "horizontal"
+    legend.border_line_alpha = 0.0
+    legend.padding = legend.margin = 0
+    legend.location = "left"
+
+
+def _update(
+    source: ColumnDataSource, line: Line, time_s: FloatArray | None
+) -> Callable[[float, float], None]:
+    """Returns a function that puts the points between two times into a source."""
+
+    def update(start: float, end: float) -> None:
+        x, values = _seen(line.pyramid, time_s, start, end)
+        source.data = {"x": x, "y": line.factor * values}
+
+    return update
+
+
+def _band_update(
+    source: ColumnDataSource,
+    band: tuple[Signal, Signal],
+    factor: float,
+    time_s: FloatArray | None,
+) -> Callable[[float, float], None]:
+    """Returns a function that puts the band between two times into a source."""
+
+    def update(start: float, end: float) -> None:
+        x, low = _seen(band[0], time_s, start, end)
+        _, high = _seen(band[1], time_s, start, end)
+        known = np.isfinite(low) & np.isfinite(high)  # an area does not leave out what is missing
+        source.data = {"x": x[known], "low": factor * low[known], "high": factor * high[known]}
+
+    return update
+
+
+def _seen(
+    signal: Signal, time_s: FloatArray | None, start: float, end: float
+) -> tuple[FloatArray, FloatArray]:
+    """Returns places on the time axis and values of the points between two times."""
+    if time_s is None:
+        first, last = int(np.floor(start)), int(np.ceil(end)) + 1
+    else:
+        first = int(np.searchsorted(time_s, start)) - 1
+        last = int(np.searchsorted(time_s, end)) + 1
+    at, values = signal.view(first, last, COLUMNS)
+    return at if time_s is None else np.asarray(time_s[at.astype(np.int64)]), values

@@ -1,0 +1,126 @@
+# SPDX-License-Identifier: MIT
+"""What a diagnosis at work knows so far, in files that the page draws.
+
+Each stage has a folder of its own below `so_far/`, in the order of the stages: signals first, and
+`so_far.json` last, so that a page reads a stage whole or not at all.
+"""
+
+from __future__ import annotations
+
+import math
+import shutil
+from pathlib import Path
+
+import msgspec
+import numpy as np
+
+from ehsid.harness.base.encoding import from_json
+from ehsid.harness.base.files import write_text
+from ehsid.harness.diagnosis.schema import HeldOutRun, Interim, Stage
+
+from .downsampling import make_pyramid, store
+
+FOLDER, FILE, TIME = "so_far", "so_far.json", "time"
+SIMULATED = ("nominal", "calibrated", "augmented")
+ERROR = "_error"  # behind a kind of simulation: simulated minus measured
+MOST_SETS = 6
+
+
+class Run(msgspec.Struct, frozen=True):
+    """A held-out record: its name and its outputs; see `key`."""
+
+    record: str
+    outputs: list[str]
+
+
+class SoFar(msgspec.Struct, frozen=True):
+    """What is known when a stage begins.
+
+    Attributes
+    ----------
+    stage
+        what is done now.
+    past
+        the stages before.
+    nominal, calibrated, augmented, floor
+        gap of the simulation as configured, with the values of the rig fitted, with the set that is
+        ahead, and the upper end of the noise floor, all as nrmse; None where a simulation diverges.
+    ahead
+        ids of the effects of the set that is ahead.
+    sets
+        the best sets with the nrmse that each leaves, smallest first.
+    runs
+        held-out records that can be drawn.
+    """
+
+    stage: Stage
+    past: list[Stage]
+    nominal: float | None
+    calibrated: float | None
+    augmented: float | None
+    floor: float | None
+    ahead: list[str]
+    sets: list[tuple[list[str], float]]
+    runs: list[Run]
+
+
+def key(run: int, output: int, kind: str) -> str:
+    """Returns the key of a signal: measured, a kind of simulation, or its error."""
+    return f"{run}_{output}_{kind}"
+
+
+def forget(session: Path) -> None:
+    """Removes what an earlier diagnosis of a session has left."""
+    shutil.rmtree(session / FOLDER, ignore_errors=True)
+
+
+def keep(session: Path, interim: Interim, past: list[Stage]) -> None:
+    """Writes what is known at the begin of a stage into the folder of a session."""
+    folder = session / FOLDER / f"{len(past):02d}"
+    folder.mkdir(parents=True)
+    for number, run in enumerate(interim.runs):
+        _store_run(folder, number, run)
+    far = interim.how_far
+    known = SoFar(
+        interim.stage,
+        past,
+        _number(far.nominal),
+        _number(far.calibrated),
+        _number(far.augmented),
+        _number(far.noise_floor[1]),
+        list(interim.ahead),
+        [(list(effects), left) for effects, left in interim.sets[:MOST_SETS]],
+        [Run(run.record, list(run.measured)) for run in interim.runs],
+    )
+    write_text(folder / FILE, msgspec.json.encode(known).decode())
+
+
+def _number(gap: float) -> float | None:
+    return gap if math.isfinite(gap) else None
+
+
+def _store_run(folder: Path, number: int, run: HeldOutRun) -> None:
+    np.save(folder / f"{number}_{TIME}.npy", run.time_s)
+    inside = run.window >= 0
+    for place, name in enumerate(run.measured):
+        measured = run.measured[name]
+        signals = {"measured": measured}
+        for kind in SIMULATED:
+            signals[kind] = np.where(inside, getattr(run, kind)[name], np.nan)
+            signals[kind + ERROR] = signals[kind] - measured
+        for kind, values in signals.items():
+            store(make_pyramid(values), folder, key(number, place, kind))
+
+
+def latest(session: Path) -> tuple[Path, SoFar] | None:
+    """Returns the last stage of a session that is whole, with its folder; None without one."""
+    try:
+        folders = sorted((session / FOLDER).iterdir(), reverse=True)
+    except OSError:
+        return None
+    for folder in folders:
+        try:
+            return folder, from_json((folder / FILE).read_bytes(), SoFar)
+        except (OSError, msgspec.DecodeError):
+            continue
+    return None

@@ -1,0 +1,110 @@
+# SPDX-License-Identifier: MIT
+"""Check: what these records can and cannot show, before anything is fitted."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import msgspec
+import panel as pn
+
+from ehsid.harness.base.encoding import from_json
+from ehsid.harness.fitness.finding import RigCheckFile, WrittenCheck
+
+from .. import look
+from ..flow import standings
+from ..tasks import REMARKS, Said
+from .step import StepView, progress
+
+CLASSES = {"fits": "good", "does not fit": "bad", "cannot be told": "soft"}
+MARKS = {"fits": "✓", "does not fit": "✗", "cannot be told": "?"}
+
+
+class CheckStep(StepView):
+    """The page of the step."""
+
+    def __init__(self, page: Any) -> None:
+        super().__init__(page)
+        self._again = self.button("Check again")
+        self._again.on_click(page.told(lambda event: self.workbench.check(self.session)))
+        self._status, self._result = look.words(""), look.words("")
+        self.layout.objects = [pn.Row(self._again), self._status, self._result]
+        standing = standings(self.session)["check"]
+        if standing.open and not standing.done:  # it takes seconds, and the step is for it
+            self.workbench.check(self.session)
+
+    def refresh(self) -> None:
+        """Shows how the check goes, and what it found."""
+        job = self.workbench.job(self.session, "check")
+        self._status.object = progress(job)
+        self._again.disabled = job is not None and job.running
+        self._result.object = self._found()
+
+    def _found(self) -> str:
+        folder = self.session.folder
+        try:
+            content = (folder / "check" / "rig_check.json").read_bytes()
+            result = from_json(content, RigCheckFile)
+            remarks = from_json((folder / REMARKS).read_bytes(), list[Said])
+        except (OSError, msgspec.DecodeError):
+            return ""
+        stale = standings(self.session)["check"].why
+        html = f'<p class="bad">{look.plain(stale)}</p>' if stale else ""
+        html += _verdict(result, remarks)
+        address = f"/result/{self.session.name}/check"
+        stamp = self.session.settings.made_of.get("check", "")
+        for number, check in enumerate(result.records, start=1):
+            html += _of_record(check, [one.what for one in remarks if one.record == check.record])
+            html += (
+                f'<img src="{address}/rig_check_{number}.png?made={stamp}" loading="lazy" '
+                f'alt="Measured speed of {look.plain(check.record)}, and the speed that the rig '
+                'would have">'
+            )
+        between = [one.what for one in remarks if not one.record]
+        return html + _items("Between the records", between)
+
+
+def _verdict(result: RigCheckFile, remarks: list[Said]) -> str:
+    wrong = [
+        finding.check
+        for check in result.records
+        for finding in check.findings
+        if finding.status == "does not fit"
+    ]
+    serious = [one.what for one in remarks if one.serious]
+    if serious:
+        return (
+            '<p class="verdict">These records cannot carry a diagnosis: '
+            f"{look.plain(' '.join(serious))}</p>"
+        )
+    if wrong:
+        names = ", ".join(dict.fromkeys(wrong))
+        return (
+            f'<p class="verdict">{look.plain(names)}: rig and records do not fit each other. '
+            "Correct the rig or the columns where the reason below names a mistake; a difference "
+            "that the machine really has is for the diagnosis.</p>"
+        )
+    return '<p class="verdict">Nothing in the records contradicts the rig.</p>'
+
+
+def _of_record(check: WrittenCheck, remarks: list[str]) -> str:
+    rows = [
+        [
+            look.plain(finding.check),
+            f'<span class="{CLASSES[finding.status]}">{MARKS[finding.status]} '
+            f"{look.plain(finding.status)}</span>",
+            look.plain(finding.text),
+        ]
+        for finding in check.findings
+    ]
+    notes = list(dict.fromkeys([*check.notes, *remarks]))
+    return (
+        f"<h2>{look.plain(check.record)}</h2>"
+        + look.table(["compared", "outcome", "why"], rows)
+        + _items("To be known about this record", notes)
+    )
+
+
+def _items(title: str, items: list[str]) -> str:
+    listed = "".join(f"<li>{look.plain(item)}</li>" for item in items)
+    return f"<h2>{title}</h2><ul>{listed}</ul>" if items else ""

@@ -1,0 +1,190 @@
+# SPDX-License-Identifier: MIT
+"""Orders: the order and the delay of a linear model, why they were chosen, and how well it fits."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import panel as pn
+
+from ehsid.harness.catalogue.channels import TIME
+from ehsid.harness.models.identification.search_range import MOST_DELAY, MOST_ORDER, parse_range
+from ehsid.harness.show.model_file_names import IDENTIFICATION_FILES
+
+from .. import look, model_words
+from ..downsampling import opened
+from ..flow import IDENTIFIED, standings
+from ..model_look import MEASURED, RESIDUAL, SIMULATED, Identified, look_folder, read_look
+from ..model_plots import bode_plots, correlation_plot, poles_plot
+from ..plots import Line, Panel, stacked
+from ..reading import reading_of
+from ..shown_units import column, over, si_unit
+from .step import StepView, progress
+
+FILE_WORDS = dict(
+    zip(IDENTIFICATION_FILES, ("all numbers", "fit and residual tests", "Bode plot"), strict=True)
+)
+
+
+class Identification(StepView):
+    """The first part of the step Model."""
+
+    def __init__(self, page: Any) -> None:
+        super().__init__(page)
+        self._choice = self.session.settings.model
+        self._record = self._select("record", "record")
+        self._input = self._select("input", "input_name")
+        self._output = self._select("output", "output_name")
+        self._orders = self._range("orders to try", "orders", MOST_ORDER)
+        self._delays = self._range("delays to try, in samples", "delays", MOST_DELAY)
+        self._start = self.button("Identify", primary=True)
+        self._start.on_click(page.told(lambda event: self.workbench.identify(self.session)))
+        self._cancel = self.button("Cancel")
+        self._cancel.on_click(page.told(self._end))
+        self._status, self._result = look.words(""), look.words("")
+        self._drawn = pn.Column(sizing_mode="stretch_width")
+        self._shown: object = None
+        self._quiet = False
+        chosen = look.beside(
+            self._record, self._input, self._output, self._orders, self._delays, least="11rem"
+        )
+        self.layout.objects = [
+            chosen, pn.Row(self._start, self._cancel), self._status, self._result, self._drawn,
+        ]  # fmt: skip
+        # The time that has passed goes on although nothing is reported.
+        pn.state.add_periodic_callback(self._tick, period=1000)
+
+    def _select(self, words: str, name: str) -> pn.widgets.Select:
+        made = pn.widgets.Select(name=words, stylesheets=[look.CONTROLS], margin=(4, 0))
+        made.param.watch(self.page.told(lambda event: self._choose(name, event.new)), "value")
+        return made
+
+    def _range(self, words: str, name: str, most: int) -> pn.widgets.TextInput:
+        made = pn.widgets.TextInput(
+            name=words, value=getattr(self._choice, name), placeholder="such as 2-5",
+            stylesheets=[look.CONTROLS], margin=(4, 0),
+        )  # fmt: skip
+
+        def changed(event: Any) -> None:
+            parse_range(event.new, words, most)
+            self._choose(name, event.new)
+
+        made.param.watch(self.page.told(changed), "value")
+        return made
+
+    def _choose(self, name: str, value: str | None) -> None:
+        choice = self._choice
+        if self._quiet or value is None or getattr(choice, name) == value:
+            return
+        before = getattr(choice, name)
+        setattr(choice, name, value)
+        if choice.input_name == choice.output_name:  # the two change places
+            setattr(choice, "output_name" if name == "input_name" else "input_name", before)
+        self.session.save()
+
+    def _end(self, event: Any) -> None:
+        del event
+        job = self.workbench.job(self.session, "identify")
+        if job is not None and job.running:
+            job.cancel()
+
+    def _tick(self) -> None:
+        job = self.workbench.job(self.session, "identify")
+        if job is not None and job.running and self.page.key == "model":
+            self._status.object = progress(job)
+
+    def refresh(self) -> None:
+        """Shows the choices, how the identification goes, and what it found."""
+        self._show_choices()
+        job = self.workbench.job(self.session, "identify")
+        running = job is not None and job.running
+        self._start.disabled = running
+        self._cancel.visible = running
+        self._status.object = progress(job)
+        path = self.session.folder / IDENTIFIED
+        stale = "" if running else standings(self.session)["model"].why
+        version = path.stat().st_mtime_ns if path.exists() else 0
+        if (version, stale) == self._shown or (running and self._shown is not None):
+            return
+        self._shown = (version, stale)
+        found = read_look(self.session) if version else None
+        if found is None:
+            self._result.object = (
+                '<p class="soft">A linear model is fitted to one half of the record and judged on '
+                "the other half. This takes seconds. The step may be left out.</p>"
+            )
+            self._drawn.objects = []
+            return
+        warned = f'<p class="bad">{look.plain(stale[0].upper() + stale[1:])}</p>' if stale else ""
+        self._result.object = warned + model_words.verdict(found) + model_words.reasons(found)
+        self._drawn.objects = self._parts(found, version)
+
+    def _show_choices(self) -> None:
+        entry = self.session.modelled()
+        reading = None if entry is None else reading_of(self.session, entry)
+        names = [one.id for one in self.session.settings.records]
+        columns = [] if reading is None else [one for one in reading.channels if one != TIME]
+        options = {column(one).words: one for one in columns}
+        self._quiet = True
+        try:
+            self._record.param.update(options=names, value=entry.id if entry else None)
+            self._record.visible = len(names) > 1
+            for widget, value in (
+                (self._input, self._choice.input_name),
+                (self._output, self._choice.output_name),
+            ):
+                known = options if value in columns else {**options, value: value}
+                widget.param.update(options=known, value=value)
+        finally:
+            self._quiet = False
+
+    def _parts(self, found: Identified, version: int) -> list[pn.viewable.Viewable]:
+        """Returns the plots and tables of a model."""
+        theme, folder = self.page.theme, look_folder(self.session)
+        output = column(found.output_name)
+        lines = [Line(name, opened(folder, name), output.factor) for name in (MEASURED, SIMULATED)]
+        residual = Line(RESIDUAL, opened(folder, RESIDUAL), output.factor)
+        residual_unit = f" in {output.unit}" if output.unit else ""
+        panels = [Panel(output.label, lines), Panel(f"residual{residual_unit}", [residual])]
+        time_s = np.load(folder / f"{TIME}.npy", mmap_mode="r")
+        over_time = stacked(panels, time_s, theme, "time in s").layout
+        tests = (
+            correlation_plot(found.whiteness, "autocorrelation", theme),
+            correlation_plot(found.independence, "correlation with input", theme),
+        )
+        unit = over(si_unit(found.output_name), si_unit(found.input_name))
+        bode = bode_plots(found.bode, unit, theme)
+        return [
+            look.words("<h2>Measured and simulated, on the half that was not fitted</h2>"),
+            over_time,
+            look.words(model_words.residual_tests(found)),
+            look.side_by_side(*map(_pane, tests)),
+            look.side_by_side(
+                look.words(model_words.figures(found)),
+                pn.Column(
+                    look.words("<h2>Poles and zeros</h2>"),
+                    pn.pane.Bokeh(poles_plot(found.poles, found.zeros, theme), margin=0),
+                    sizing_mode="stretch_width",
+                ),
+            ),
+            look.words(
+                "<h2>Frequency response</h2><p>With its 95 % band. Grey: frequencies at which the "
+                "input has next to no power; what the model says there is extrapolated.</p>"
+            ),
+            *map(_pane, bode),
+            look.words(model_words.candidates(found) + self._links(version)),
+        ]
+
+    def _links(self, version: int) -> str:
+        address = f"/result/{self.session.name}/model"
+        items = "".join(
+            f'<li><a href="{address}/{name}?made={version}" target="_blank">{name}</a>: {words}'
+            "</li>"
+            for name, words in FILE_WORDS.items()
+        )
+        return f"<h2>Files</h2><ul>{items}</ul>"
+
+
+def _pane(plot: Any) -> pn.pane.Bokeh:
+    return pn.pane.Bokeh(plot, sizing_mode="stretch_width", margin=0)

@@ -1,0 +1,267 @@
+# SPDX-License-Identifier: MIT
+"""Properties of the probabilities that hold whatever the values of their constants."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from typing import Any, cast
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from made_candidates import CASE, MadeCase, candidate
+
+from ehsid.harness.diagnosis.deciding import EFFECT, EVIDENCE, FORCE_DEVIATIONS, LAPSE, SMALL
+from ehsid.harness.diagnosis.decision.posterior import (
+    Posterior,
+    outside_score,
+    posterior,
+    score,
+    with_law,
+)
+from ehsid.harness.diagnosis.model.case import Case
+from ehsid.harness.diagnosis.search import seen_edges
+from ehsid.harness.diagnosis.search.candidates import FittedCandidate
+from ehsid.harness.diagnosis.search.families import (
+    effect_families,
+    friction_laws,
+    law_count,
+    repeats_a_law,
+    spelled_out,
+)
+from ehsid.harness.diagnosis.search.seen_edges import edges_can_replace_force
+
+POSITION_ONLY = type("PositionOnly", (MadeCase,), {"pressures": False})
+SETS = (
+    ("coulomb_friction",),
+    ("stribeck_friction",),
+    ("sensor_lag",),
+    ("transport_delay",),
+    ("valve_dead_band", "coulomb_friction"),
+    ("coulomb_friction", "sensor_lag"),
+)
+# From below the noise floor to a thousand times it.
+RMS = st.floats(1e-8, 1e-3)
+ALL_RMS = st.lists(RMS, min_size=len(SETS) + 1, max_size=len(SETS) + 1)
+LEFT = st.floats(0.0, 10.0)
+
+
+def candidates(sizes: list[float]) -> tuple[FittedCandidate, list[FittedCandidate]]:
+    """The calibrated rig, and each of the sets."""
+    calibrated = candidate(rms=sizes[0])
+    return calibrated, [candidate(*s, rms=rms) for s, rms in zip(SETS, sizes[1:], strict=True)]
+
+
+def by_set(found: Posterior) -> dict[tuple[str, ...], float]:
+    return {each.candidate.effects: each.probability for each in found.hypotheses}
+
+
+@given(sizes=ALL_RMS, pressures=st.booleans())
+def test_probabilities_are_those_of_all_there_is(sizes: list[float], pressures: bool) -> None:
+    case = CASE if pressures else cast(Case, cast(Any, POSITION_ONLY()))
+    found = posterior(case, *candidates(sizes))
+    probabilities = [each.probability for each in found.hypotheses]
+    assert math.fsum([*probabilities, found.outside]) == pytest.approx(1.0, abs=1e-12)
+    assert min(*probabilities, found.outside) >= 0.0
+    assert probabilities == sorted(probabilities, reverse=True)
+    assert set(by_set(found)) == {(), *SETS}
+    assert found.healthy.candidate.effects == ()
+
+
+@given(sizes=ALL_RMS, data=st.data())
+def test_the_order_of_the_sets_does_not_matter(sizes: list[float], data: st.DataObject) -> None:
+    calibrated, fitted = candidates(sizes)
+    shuffled = data.draw(st.permutations(fitted))
+    first, second = (posterior(CASE, calibrated, each) for each in (fitted, shuffled))
+    assert second.outside == pytest.approx(first.outside, rel=1e-9)
+    assert by_set(second) == pytest.approx(by_set(first), rel=1e-9)
+
+
+@given(less=LEFT, more=st.floats(1e-3, 5.0), effects=st.integers(0, 3), small=st.floats(0.0, 3.0))
+def test_a_score_falls_with_errors_effects_and_doubtful_sizes(
+    less: float, more: float, effects: int, small: float
+) -> None:
+    here = score(less, effects, small)
+    assert score(less + more, effects, small) < here
+    assert score(less, effects + 1, small) < here
+    assert score(less, effects, small + more) <= here
+
+
+@given(sizes=ALL_RMS)
+def test_of_two_sets_alike_the_one_that_leaves_more_is_never_more_probable(
+    sizes: list[float],
+) -> None:
+    found = posterior(CASE, *candidates(sizes)).hypotheses
+    for one in found:
+        for other in found:
+            is_alike = (
+                law_count(one.candidate.effects) == law_count(other.candidate.effects)
+                and one.small == other.small
+            )
+            if is_alike and one.left < other.left:
+                assert one.probability >= other.probability
+
+
+@given(best=LEFT, more=st.floats(1e-3, 5.0), explained=st.floats(0.0, 5.0), pressures=st.booleans())
+def test_outside_grows_with_what_is_left(
+    best: float, more: float, explained: float, pressures: bool
+) -> None:
+    """What is left beside the same best score, which explains as much of what was there."""
+    less, greater = (
+        outside_score(0.0, left, left + explained, pressures=pressures)
+        for left in (best, best + more)
+    )
+    assert greater > less
+
+
+@given(rms=st.floats(1e-7, 1e-4), factor=st.floats(1.1, 10.0))
+def test_a_rig_that_no_effect_helps_is_less_probable_the_more_it_leaves(
+    rms: float, factor: float
+) -> None:
+    near, far = (posterior(CASE, candidate(rms=each), []) for each in (rms, rms * factor))
+    assert far.outside > near.outside
+    assert far.healthy.probability < near.healthy.probability
+
+
+def test_an_effect_that_every_servo_has_is_no_hypothesis() -> None:
+    small = candidate("transport_delay", rms=1e-6, **{"transport_delay.delay_s": 3e-4})
+    large = candidate("transport_delay", rms=1e-6)
+    calibrated = candidate(rms=1e-4)
+    assert set(by_set(posterior(CASE, calibrated, [small]))) == {()}
+    assert set(by_set(posterior(CASE, calibrated, [large]))) == {(), ("transport_delay",)}
+
+
+def test_a_size_beyond_doubt_is_more_probable() -> None:
+    """The same errors, once by a delay just above what every servo has, once by a large one."""
+    found = []
+    for delay_s in (1.1e-3, 5e-3):
+        delay = candidate("transport_delay", rms=1e-5, **{"transport_delay.delay_s": delay_s})
+        found.append(posterior(CASE, candidate(rms=1.1e-5), [delay]))
+    doubtful, large = (each.of_effect("transport_delay") for each in found)
+    assert doubtful <= large
+    smalls = [one.small for each in found for one in each.hypotheses if one.candidate.effects]
+    assert smalls[1] == 0.0 < smalls[0]
+
+
+@given(sizes=ALL_RMS)
+def test_both_laws_of_friction_are_one_effect(sizes: list[float]) -> None:
+    found = posterior(CASE, *candidates(sizes))
+    probabilities = by_set(found)
+    friction = sum(p for s, p in probabilities.items() if {*s} & {*SETS[0], *SETS[1]})
+    for law in ("coulomb_friction", "stribeck_friction"):
+        assert found.of_effect(law) == pytest.approx(friction, rel=1e-12)
+    lag = probabilities[("sensor_lag",)] + probabilities[("coulomb_friction", "sensor_lag")]
+    assert found.of_effect("sensor_lag") == pytest.approx(lag, rel=1e-12)
+
+
+def test_families() -> None:
+    assert effect_families(["coulomb_friction"]) == effect_families(["stribeck_friction"])
+    assert effect_families(["coulomb_friction"]) != effect_families(["sensor_lag"])
+    pairs = (["sensor_lag", "coulomb_friction"], ["stribeck_friction", "sensor_lag"])
+    assert effect_families(pairs[0]) == effect_families(pairs[1])
+    assert effect_families([]) == frozenset()
+    # A cause outside of the catalogue is its own family.
+    assert effect_families(["valve_stiction"]) == {"valve_stiction"}
+
+
+def test_every_law_that_contains_coulomb_friction_is_friction() -> None:
+    assert friction_laws() == {
+        "coulomb_friction",
+        "coulomb_friction_sides",
+        "stribeck_friction",
+        "position_friction",
+    }
+
+
+def test_unequal_overlaps_are_a_dead_band_and_a_null_bias() -> None:
+    two = ("valve_dead_band", "valve_null_bias")
+    assert spelled_out(["valve_dead_band_sides", "sensor_lag"]) == (*two, "sensor_lag")
+    assert effect_families(["valve_dead_band_sides"]) == effect_families(two)
+    assert effect_families(["valve_dead_band_sides"]) != effect_families(two[:1])
+    assert law_count(["valve_dead_band_sides"]) == law_count(two) + 1
+
+
+def test_friction_by_direction_is_coulomb_friction_and_a_constant_force() -> None:
+    assert spelled_out(["coulomb_friction_sides"]) == ("coulomb_friction", "load_force")
+    assert effect_families(["coulomb_friction_sides"]) == {"friction", "load_force"}
+    assert law_count(["coulomb_friction_sides"]) == 3
+
+
+def test_a_set_has_no_law_twice() -> None:
+    for effects in (
+        ("stribeck_friction", "coulomb_friction"),
+        ("stribeck_friction", "position_friction"),
+        ("load_force", "load_spring"),
+        ("valve_dead_band_sides", "valve_dead_band"),
+        ("valve_dead_band_sides", "sensor_lag", "valve_null_bias"),
+    ):
+        assert repeats_a_law(effects), effects
+    assert not repeats_a_law(("valve_dead_band", "valve_null_bias", "coulomb_friction"))
+    assert not repeats_a_law(("load_spring", "position_friction", "valve_dead_band_sides"))
+
+
+class _WithForce(MadeCase):
+    pressures = False
+
+    def parameters(self, effects: Any = ()) -> Any:
+        names = {"load_force": "effects.load_force.force_n"}
+        return tuple(
+            replace(each, name=names.get(each.name.split(".")[1], each.name))
+            for each in super().parameters(effects)
+        )
+
+
+def test_a_load_force_that_edges_of_the_valve_can_replace_is_no_hypothesis(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    case = cast(Case, cast(Any, _WithForce()))
+    forced = candidate("load_force", rms=1e-6, **{"load_force.force_n": 2000.0})
+    deviations = np.full(forced.x.size, 10.0)
+    monkeypatch.setattr(seen_edges, "candidate_deviations", lambda *_: (deviations, 40))
+    for in_deviations in (0.9, 1.1):
+        for sign in (1.0, -1.0):
+            forced.x[-1] = sign * in_deviations * FORCE_DEVIATIONS * 10.0
+            is_small = in_deviations < 1.0
+            assert edges_can_replace_force(case, forced) == is_small
+            found = posterior(case, candidate(rms=1e-4), [forced])
+            assert (("load_force",) in by_set(found)) == (not is_small)
+    # Where friction by direction has a part of it, the two effects with their own sizes are tried.
+    sides = candidate("coulomb_friction_sides", rms=1e-6)
+    assert edges_can_replace_force(case, sides)
+    assert not edges_can_replace_force(CASE, sides)
+    # With pressures the edges are seen; without a force there is nothing to replace.
+    forced.x[-1] = 0.0
+    assert not edges_can_replace_force(CASE, forced)
+    assert not edges_can_replace_force(case, candidate("sensor_lag", rms=1e-6))
+
+
+def test_errors_laws_and_small_effects_cost_what_the_formula_says() -> None:
+    base = float(score(0.5, 1, 0.25))
+    assert base - float(score(0.7, 1, 0.25)) == pytest.approx(0.2 * EVIDENCE, rel=1e-9)
+    assert base - float(score(0.5, 2, 0.25)) == pytest.approx(EFFECT, rel=1e-9)
+    assert base - float(score(0.5, 1, 1.0)) == pytest.approx(0.75 * SMALL, rel=1e-9)
+
+
+@pytest.mark.parametrize("evidence", [-3.0, 0.0, 2.0, 5.0])
+def test_a_law_without_a_name_makes_a_cause_outside_as_probable_as_its_evidence(
+    evidence: float,
+) -> None:
+    found = posterior(CASE, candidate(rms=1.5e-6), [])
+    after = with_law(found, evidence)
+    total = after.outside + sum(each.probability for each in after.hypotheses)
+    assert total == pytest.approx(1.0, rel=1e-12)
+    # The odds of the law against all others, or those of before.
+    odds = after.outside / (1.0 - after.outside)
+    law = found.healthy.probability * math.exp(evidence) / (1.0 - found.outside)
+    before = found.outside / (1.0 - found.outside)
+    assert odds == pytest.approx(min(max(before, law), (1.0 - LAPSE) / LAPSE), rel=1e-9)
+    assert after.outside >= found.outside
+
+
+def test_evidence_without_end_leaves_finite_probabilities() -> None:
+    after = with_law(posterior(CASE, candidate(rms=1.5e-6), []), 1e5)
+    # In three cases of a hundred the machine does what nobody thought of.
+    assert after.outside == pytest.approx(1.0 - LAPSE)
+    assert after.healthy.probability == pytest.approx(LAPSE)

@@ -1,0 +1,81 @@
+# SPDX-License-Identifier: MIT
+"""Words for laws whose form is known."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import numpy.typing as npt
+import pytest
+from made_diagnoses import missing_law
+
+from ehsid.harness.diagnosis.laws.words import describe, sentence
+from ehsid.harness.rigs.table_law import TableLaw
+
+X = np.linspace(-0.3, 0.4, 12)
+
+
+def law(adds_to: str, of: str, values: npt.NDArray[np.float64]) -> TableLaw:
+    return TableLaw(adds_to, of, tuple(X.tolist()), tuple(values.tolist()))
+
+
+CASES = {
+    "a load force": (law("force", "time_s", np.full(12, 1200.0)), "constant at 1200 N"),
+    "a load spring": (law("force", "position_m", 7000.0 * X - 350.0), "rises 7 N per mm, as"),
+    "viscous friction": (law("force", "velocity_m_s", 2000.0 * X), "rises 2 N per mm/s"),
+    "Coulomb friction of 500 N": (law("force", "velocity_m_s", 500.0 * np.sign(X)), "by 1000 N"),
+    "Stribeck friction": (
+        law("force", "velocity_m_s", np.sign(X) * (300.0 + 500.0 * np.exp(-np.abs(X) / 0.05))),
+        "N beyond 5",
+    ),
+    "turbulent drag": (law("force", "velocity_m_s", 3000.0 * X * np.abs(X)), "square"),
+    "a dead band": (law("spool", "spool", -np.clip(X, -0.05, 0.05)), "first 5"),
+    "a saturation near": (law("spool", "spool", 0.3 * np.tanh(X / 0.3) - X), "near 29"),
+    "a null bias": (law("spool", "spool", np.full(12, 0.02)), "constant at 2 %"),
+    "a transport delay": (law("delay", "time_s", np.full(12, 0.004)), "4 ms"),
+    "then rises 21 mm per s": (
+        law("sensor", "time_s", np.maximum(X - 0.05, 0.0) * 0.02),
+        "up to",
+    ),
+}
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_a_law_with_the_form_of_an_effect_is_told_so(name: str) -> None:
+    made, words = CASES[name]
+    told = describe(made, [1.0 / 12] * 12)
+    assert name in told.words
+    assert words in told.words
+    assert told.form is not None
+    error = np.array(told.form) - np.array(made.values)
+    # What counts as "fits": 5 % of the mean square.
+    assert np.sum(error**2) <= 0.05 * np.sum(np.array(made.values) ** 2)
+
+
+def test_a_law_without_a_simple_form_is_told_by_its_ends() -> None:
+    told = describe(law("sensor", "position_m", 1e-3 * np.sin(20.0 * X)), [1.0 / 12] * 12)
+    assert told.form is None
+    assert "lies between" in told.words
+    assert "mm" in told.words
+
+
+def test_a_knot_where_the_record_hardly_was_does_not_hide_the_form() -> None:
+    values = 500.0 * np.sign(X)
+    values[-1] = 900.0
+    weights = np.full(12, 1.0 / 11)
+    weights[-1] = 0.0
+    assert "Coulomb friction" in describe(law("force", "velocity_m_s", values), weights).words
+
+
+def test_one_law_is_told_with_its_form_and_several_by_their_equations() -> None:
+    found = missing_law()
+    assert sentence([found]) == (
+        "The simulator lacks a term: force against extension over the velocity. It jumps by 824 N "
+        "at zero and is level on both sides, as Coulomb friction of 412 N."
+    )
+    other = replace(found, law=replace(found.law, adds_to="flow_a", of="pressure_a_pa"))
+    assert sentence([found, other]) == (
+        "The simulator lacks 2 terms: force against extension over the velocity, and flow into the "
+        "cap side over the cap-side pressure."
+    )

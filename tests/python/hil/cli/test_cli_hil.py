@@ -1,0 +1,300 @@
+# SPDX-License-Identifier: MIT
+"""`ehsid hil` as its user runs it, on the firmware of this host and in QEMU."""
+
+import csv
+import json
+import shutil
+import signal
+import struct
+import subprocess
+import sys
+import threading
+from collections.abc import Iterator
+from contextlib import AbstractContextManager
+from pathlib import Path
+
+import hil_firmware
+import pytest
+from hil_firmware import HostDevice
+from interrupts import interruptible
+from published_schemas import check_file
+from typer.testing import CliRunner
+
+from ehsid.harness.cli import cli
+from ehsid.harness.records import read_record
+from ehsid.hil.faults import TO_HOST, TO_TARGET, Passing, undisturbed
+from ehsid.hil.frames import decode, encode
+from ehsid.hil.messages import Kind
+from ehsid.hil.relay import Relay, relayed
+from ehsid.lab.studies.published import DT_S
+
+SHORT = ("--loop", "open", "--duration", "2", "--dt", "0.02", "--excitation", "prbs")
+SAFE_BODY = struct.Struct("<HIf")
+
+
+@pytest.fixture
+def relay() -> Iterator[Relay]:
+    if not hil_firmware.ON_HOST.exists():
+        pytest.skip(
+            "no firmware for this host; build it: cmake --preset dev && cmake --build --preset dev"
+        )
+    with relayed(HostDevice()) as made:
+        yield made
+
+
+def ended(*arguments: str) -> tuple[int, str, str]:
+    result = CliRunner().invoke(cli, ["hil", *arguments])
+    return result.exit_code, result.stdout, result.stderr
+
+
+def test_a_run_and_its_files(relay: Relay, tmp_path: Path) -> None:
+    out = tmp_path / "hil"
+    code, said, errors = ended("--port", relay.port, *SHORT, "--json", "--out", str(out))
+    assert code == 0, errors
+    findings = json.loads(said)
+    assert findings == json.loads((out / "hil.json").read_text())
+    check_file(out / "hil.json")
+    assert findings["equal_to_host"]
+    assert findings["target"]["board"] == "host"
+    (run,) = findings["runs"]
+    assert run["samples"] == 100
+    assert run["samples_that_differ"] == 0
+    assert read_record(out / "record.csv").column("position_m").size == 100
+    page = (out / "hil.html").read_text()
+    assert "bit for bit" in page
+    assert "http" not in page.replace("http://www.w3.org", "")  # works offline
+    assert "100 of 100" in errors
+
+
+@pytest.mark.slow
+@pytest.mark.usefixtures("blank_pictures")
+def test_the_experiment_has_a_folder_for_each_factor(relay: Relay, tmp_path: Path) -> None:
+    code, said, errors = ended("--port", relay.port, "--out", str(tmp_path))
+    assert code == 0, errors
+    for name in ("varying", "lambda_0.99", "lambda_1", "f_ratio"):
+        assert name in said
+        assert (tmp_path / name / "estimates.csv").exists()
+    names = ("varying", "lambda_0.99", "lambda_1", "f_ratio", "changed", "changed_reset")
+    records = [tmp_path / name / "record.csv" for name in names]
+    lines = [record.read_bytes().splitlines() for record in records]
+    # An open loop: the same data, in the last two up to the sample at which the load changes.
+    assert all(record == lines[0] for record in lines[:4])
+    assert lines[4] == lines[5]
+    assert lines[4][:1002] == lines[0][:1002]
+    assert lines[4][1002:] != lines[0][1002:]
+    check_file(tmp_path / "hil.json")
+    runs = {run["name"]: run for run in json.loads((tmp_path / "hil.json").read_text())["runs"]}
+    assert runs["changed_reset"]["resets"] >= 1 > runs["changed"]["resets"]
+    assert read_record(records[0]).dt_s == pytest.approx(DT_S)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "says"),
+    [
+        ((), "either --port"),
+        (("--port", "a", "--qemu", "b"), "either --port"),
+        (("--port", "/dev/no-such-port"), "there is no such port"),
+        (("--qemu", "no-such-file.elf"), "no-such-file.elf: cannot be read"),
+        (("--port", "loop://", "--rig", "none.toml"), "none.toml: there is no such file"),
+        (("--port", "loop://", "--dt", "0"), "--dt 0: expected a finite number of seconds > 0"),
+        (("--port", "loop://", "--out", __file__), "is a file: expected a folder"),
+        (("--port", "loop://", "--loop", "open", "--amplitude", "11"), "at most the rated command"),
+        (
+            ("--port", "loop://", "--loop", "open", "--na", "7"),
+            "--na 7: expected a whole number",
+        ),
+        (("--port", "loop://", "--loop", "open", "--effect", "x"), "EFFECT.PARAMETER=NUMBER"),
+    ],
+)
+def test_wrong_use(arguments: tuple[str, ...], says: str, tmp_path: Path) -> None:
+    out = () if "--out" in arguments else ("--out", str(tmp_path / "hil"))
+    code, said, errors = ended(*arguments, *out)
+    assert code == 2
+    assert says in errors.replace("\n", " ")
+    assert "Traceback" not in errors + said
+    assert not (tmp_path / "hil").exists()
+
+
+def test_another_machine_must_be_of_the_same_kind(tmp_path: Path) -> None:
+    axis = Path(__file__).parents[3] / "examples" / "rigs" / "axis.toml"
+    code, _, errors = ended("--port", "loop://", "--actual", str(axis), "--out", str(tmp_path))
+    assert code == 2
+    assert 'a plant "axis"' in errors
+
+
+@pytest.mark.usefixtures("blank_pictures")
+def test_estimates_that_are_not_the_hosts_end_with_code_1(relay: Relay, tmp_path: Path) -> None:
+    """As of a firmware compiled with fused multiply-add: here a record that was tampered with."""
+
+    def other(way: str, number: int, frame: bytes) -> Passing:
+        packet = decode(frame)
+        if way == TO_TARGET and packet.kind == Kind.CONFIGURE:
+            body = bytearray(packet.body)
+            body[21] ^= 1  # the last bit of lambda
+            return Passing(encode(packet.kind, packet.sequence, bytes(body))[1:])
+        return undisturbed(way, number, frame)
+
+    relay.disturb(other)
+    arguments = ("--port", relay.port, *SHORT, "--forgetting", "constant", "--lambda0", "0.99")
+    code, said, errors = ended(*arguments, "--out", str(tmp_path))
+    assert code == 1, errors
+    assert "not the host's at" in said.replace("\n", " ")
+    assert "-ffp-contract=off" in said.replace("\n", " ")
+
+
+def contents(folder: Path) -> dict[str, bytes]:
+    """The files of the result, without those of runs that were not finished."""
+    return {path.name: path.read_bytes() for path in folder.iterdir() if path.is_file()}
+
+
+def _long_run(relay: Relay, out: Path) -> AbstractContextManager[subprocess.Popen[str]]:
+    """The command as a process of its own, which takes 100 s: a sample every 50 ms."""
+    command = [sys.executable, "-c", "from ehsid.harness.cli import main; main()", "hil"]
+    command += ["--port", relay.port, "--loop", "open", "--duration", "100", "--dt", "0.05"]
+    return interruptible([*command, "--real-time", "--out", str(out)])
+
+
+class Watched:
+    """Waits for sample 20, and for the target's word that the valve is closed."""
+
+    def __init__(self) -> None:
+        self.under_way, self.safe = threading.Event(), threading.Event()
+        self.stopped = threading.Event()
+        self.valve_v = float("nan")
+
+    def __call__(self, way: str, number: int, frame: bytes) -> Passing:
+        packet = decode(frame)
+        sample = int.from_bytes(packet.body[:4], "little")
+        if way == TO_TARGET and packet.kind == Kind.SAMPLE and sample == 20:
+            self.under_way.set()
+        if way == TO_TARGET and packet.kind == Kind.STOP:
+            self.stopped.set()
+        if way == TO_HOST and packet.kind == Kind.SAFE:
+            self.valve_v = SAFE_BODY.unpack(packet.body)[2]
+            self.safe.set()
+        return undisturbed(way, number, frame)
+
+
+def test_a_host_that_is_killed(relay: Relay, tmp_path: Path) -> None:
+    """The target closes the valve, the record ends with a whole line, the next host can run."""
+    assert ended("--port", relay.port, *SHORT, "--out", str(tmp_path))[0] == 0
+    before = contents(tmp_path)
+    watched = Watched()
+    relay.disturb(watched)
+    with _long_run(relay, tmp_path) as process:
+        assert watched.under_way.wait(60.0)
+        process.kill()
+        process.communicate()
+    assert watched.safe.wait(60.0)
+    assert watched.valve_v == 0.0
+    lines = (tmp_path / "unfinished_1" / "record.csv").read_bytes().split(b"\n")
+    assert lines[-1] == b""
+    columns = lines[0].count(b",")
+    assert all(line.count(b",") == columns for line in lines[:-1])
+    assert len(lines) - 2 >= 20  # sample 20 was on its way: those before had been written
+    assert contents(tmp_path) == before
+    relay.disturb(undisturbed)
+    code, _, errors = ended("--port", relay.port, *SHORT, "--seed", "1", "--out", str(tmp_path))
+    assert code == 0, errors
+    assert contents(tmp_path)["record.csv"] != before["record.csv"]
+    assert (tmp_path / "unfinished_1" / "record.csv").read_bytes().split(b"\n") == lines
+    assert not (tmp_path / "unfinished_2").exists()
+
+
+def test_ctrl_c(relay: Relay, tmp_path: Path) -> None:
+    watched = Watched()
+    relay.disturb(watched)
+    with _long_run(relay, tmp_path) as process:
+        assert watched.under_way.wait(60.0)
+        process.send_signal(signal.SIGINT)
+        _, errors = process.communicate(timeout=60.0)
+    assert process.returncode == 130
+    assert f"interrupted; {tmp_path / 'unfinished_1'} holds the samples so far" in errors
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["unfinished_1"]
+    assert "Traceback" not in errors
+    assert watched.stopped.is_set()  # the valve is closed at once, not by the watchdog
+
+
+def test_a_line_that_is_closed_in_mid_run(relay: Relay, tmp_path: Path) -> None:
+    hung_up: list[int] = []
+
+    def hang_up(way: str, number: int, frame: bytes) -> Passing:
+        if way == TO_TARGET and number == 30:
+            hung_up.append(number)
+            relay.hang_up()
+        return undisturbed(way, number, frame)
+
+    assert ended("--port", relay.port, *SHORT, "--out", str(tmp_path))[0] == 0
+    before = contents(tmp_path)
+    relay.disturb(hang_up)
+    code, _, errors = ended("--port", relay.port, *SHORT, "--out", str(tmp_path))
+    assert hung_up
+    assert code == 2
+    assert "the line was closed" in errors.replace("\n", " ")
+    with (tmp_path / "unfinished_1" / "record.csv").open(newline="") as file:
+        samples = len(list(csv.DictReader(file)))
+    assert 20 < samples < 31
+    assert contents(tmp_path) == before
+    assert f"holds the {samples} samples before" in errors.replace("\n", " ")
+
+
+def test_a_firmware_that_does_not_hold_the_estimator(relay: Relay, tmp_path: Path) -> None:
+    arguments = ("--port", relay.port, *SHORT, "--na", "6", "--nb", "6")
+    code, _, errors = ended(*arguments, "--out", str(tmp_path))
+    assert code == 2
+    assert "no estimator of 13 parameters" in errors.replace("\n", " ")
+    assert "holds the" not in errors
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_files_of_others_are_refused_before_the_target_is_asked(tmp_path: Path) -> None:
+    (tmp_path / "record.csv").write_text("of a day on the bench")
+    code, _, errors = ended("--port", "/dev/no-such-port", *SHORT, "--out", str(tmp_path))
+    assert code == 2
+    assert "record.csv: is there already and is not an earlier result" in errors.replace("\n", " ")
+    assert [path.name for path in tmp_path.iterdir()] == ["record.csv"]
+    assert (tmp_path / "record.csv").read_text() == "of a day on the bench"
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("machine", "loop", "samples"), [("an386", "experiment", [2000] * 6), ("an500", "open", [1000])]
+)
+def test_a_run_on_the_emulated_cortex_m(
+    machine: str, loop: str, samples: list[int], tmp_path: Path
+) -> None:
+    """The published experiment on one core and a test signal on the other: estimates are equal."""
+    if shutil.which("qemu-system-arm") is None:
+        pytest.skip("no qemu-system-arm: the firmware is not run on the emulated Cortex-M")
+    image = hil_firmware.ON_TARGET.with_name(f"servo_{machine}.elf")
+    if not image.exists():
+        pytest.skip(
+            "no firmware for the Cortex-M; build it: cmake --preset arm && "
+            "cmake --build --preset arm"
+        )
+    arguments = ["--qemu", str(image), "--machine", f"mps2-{machine}", "--loop", loop]
+    code, said, errors = ended(*arguments, "--out", str(tmp_path), "--json")
+    assert code == 0, errors
+    findings = json.loads(said)
+    assert findings["target"]["board"] == f"mps2-{machine}"
+    assert [run["samples"] for run in findings["runs"]] == samples
+    assert all(run["equal_to_host"] for run in findings["runs"])
+    assert findings["runs"][0]["line"]["asked_again"] == 0
+
+
+@pytest.mark.slow
+def test_the_record_goes_into_the_diagnosis(relay: Relay, tmp_path: Path) -> None:
+    """A machine with a friction that the rig does not tell, under control of the target."""
+    rig = Path(__file__).parents[3] / "examples" / "rigs" / "bench.toml"
+    out = tmp_path / "hil"
+    arguments = ["--port", relay.port, "--rig", str(rig), "--loop", "position", "--dt", "0.002"]
+    arguments += ["--excitation", "steps", "--effect", "coulomb_friction.force_n=400"]
+    code, _, errors = ended(*arguments, "--out", str(out))
+    assert code == 0, errors
+    gap = ["gap", str(out / "record.csv"), "--rig", str(rig), "--out", str(tmp_path / "gap")]
+    result = CliRunner().invoke(cli, gap)
+    assert result.exit_code == 0, result.output
+    diagnosis = json.loads((tmp_path / "gap" / "diagnosis.json").read_text())
+    assert ["coulomb_friction"] in diagnosis["which"]["ambiguity_set"] or [
+        effect["id"] for effect in diagnosis["which"]["effects"]
+    ] == ["coulomb_friction"]

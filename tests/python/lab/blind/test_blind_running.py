@@ -1,0 +1,308 @@
+# SPDX-License-Identifier: MIT
+"""A check is made and sealed once and runs case by case; a kill loses only unfinished cases."""
+
+import json
+import os
+import pickle
+import shutil
+import signal
+import subprocess
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+import msgspec
+import pytest
+from check_runs import TINY, StandIn, tiny_check
+from published_schemas import check_file
+
+from ehsid.harness.base.encoding import json_text
+from ehsid.harness.base.parallel import workers
+from ehsid.harness.diagnosis.job import ERROR, Outcome, keep
+from ehsid.lab.blind.making import make_check
+from ehsid.lab.blind.running import read_case, run_check, unfinished_cases
+from ehsid.lab.blind.seal import read_seal, verify
+from ehsid.lab.blind.settings import GRADES, SEEDS, SENSORS, Settings
+from ehsid.lab.reality import structure
+from ehsid.lab.reality.case import COLUMNS
+from ehsid.lab.reality.effects import CATALOGUE
+
+
+@pytest.fixture(scope="module")
+def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A check that all tests share; they must not change it."""
+    out = tmp_path_factory.mktemp("made") / "check"
+    with workers(1):
+        tiny_check(out)
+    return out
+
+
+@pytest.fixture
+def check(made: Path, tmp_path: Path) -> Path:
+    """A copy of the shared check, which a test may change."""
+    return Path(shutil.copytree(made, tmp_path / "check"))
+
+
+def answers_of(out: Path) -> dict[str, dict[str, object]]:
+    return json.loads((out / "answers.json").read_text(encoding="utf-8"))
+
+
+def results(out: Path) -> dict[str, dict[str, object]]:
+    """Settings of each diagnosis, as the stand-in for the diagnosis wrote them."""
+    return {
+        path.parent.name: json.loads(path.read_text(encoding="utf-8"))["provenance"]["settings"]
+        for path in sorted((out / "results").glob("*/diagnosis.json"))
+    }
+
+
+def test_settings_have_the_grades_and_sensors_of_the_generator() -> None:
+    assert GRADES == structure.GRADES
+    assert tuple(COLUMNS) == SENSORS
+
+
+@pytest.mark.parametrize(
+    ("wrong", "words"),
+    [
+        ({"seed": 0}, "--seed 0"),
+        ({"count": 0}, "--count 0"),
+        ({"count": SEEDS + 1}, "--count 100001"),
+        ({"grades": ("soft",)}, "--grade 'soft': expected one of plain, hard, confusable"),
+        ({"grades": ("plain", "plain")}, "once"),
+        ({"grades": ()}, "--grade"),
+        ({"sensors": "force"}, "--sensors 'force'"),
+        ({"seconds": 1.0}, "--seconds 1: expected 2 to 120"),
+        ({"excitations": "loud", "grades": ("wide",)}, "--excitations 'loud': expected one of all"),
+        ({"excitations": "training"}, "only grade 'wide' has sets; add --grade wide"),
+    ],
+)
+def test_settings_out_of_range_are_refused(wrong: dict[str, object], words: str) -> None:
+    with pytest.raises(ValueError, match=words):
+        Settings(**wrong)  # type: ignore[arg-type]
+
+
+def test_settings_survive_a_file_and_list_differences() -> None:
+    settings = Settings(3, 20, ("hard", "plain"), "position", 4.0, True)
+    assert msgspec.json.decode(json_text(settings), type=Settings) == settings
+    other = replace(settings, count=40, grades=("hard",), seconds=None)
+    assert settings.differences(other) == [
+        "count 20, not 40",
+        "grades hard+plain, not hard",
+        "seconds 4.0, not drawn",
+    ]
+    assert settings.differences(settings) == []
+
+
+def test_a_check_has_all_grades_and_a_separate_file_of_answers(made: Path) -> None:
+    names = sorted(path.name for path in (made / "cases").iterdir())
+    answers = answers_of(made)
+    assert sorted(answers) == names
+    assert len(names) == TINY.count
+    assert {answer["grade"] for answer in answers.values()} == set(GRADES)
+    seeds = sorted(answer["seed"] for answer in answers.values())
+    assert seeds == [700000 + i for i in range(TINY.count)]
+    for name in names:
+        files = sorted(path.name for path in (made / "cases" / name).iterdir())
+        assert files == ["rig.toml", "train.csv", "validate.csv"]
+        assert (made / "transfer" / f"{name}.csv").is_file()
+    assert sorted(path.name for path in made.iterdir()) == [
+        ".ehsid",
+        "answers.json",
+        "cases",
+        "seal.json",
+        "transfer",
+    ]
+
+
+def test_the_same_settings_make_the_same_check(made: Path, tmp_path: Path) -> None:
+    with workers(1):
+        again = tiny_check(tmp_path / "again")
+    seal = read_seal(made)
+    assert again.answers_sha256 == seal.answers_sha256
+    assert again.files == seal.files
+
+
+def test_an_intact_check_passes(made: Path) -> None:
+    check_file(made / "seal.json")
+    seal = verify(made)
+    assert seal.settings == TINY
+    # Each case has three files and a transfer record.
+    assert len(seal.files) == 4 * TINY.count
+
+
+@pytest.mark.parametrize("pattern", ["answers.json", "cases/*/rig.toml", "transfer/*.csv"])
+def test_a_changed_or_missing_file_breaks_the_seal(pattern: str, check: Path) -> None:
+    file = next(check.glob(pattern))
+    text = file.read_text(encoding="utf-8")
+    file.write_text(text + " ", encoding="utf-8")
+    with pytest.raises(ValueError, match="changed since it was sealed") as error:
+        verify(check)
+    assert str(file) in str(error.value)
+    file.unlink()
+    with pytest.raises(ValueError, match="now missing"):
+        verify(check)
+    file.write_text(text, encoding="utf-8")
+    verify(check)
+
+
+def test_an_added_case_breaks_the_seal(check: Path) -> None:
+    file = check / "cases" / "mine.csv"
+    file.write_text("time_s\n", encoding="utf-8")
+    with pytest.raises(ValueError, match=r"mine\.csv: added since the check was sealed"):
+        verify(check)
+
+
+@pytest.mark.parametrize("text", ["", "{}", '{"answers_sha256": "0", "files": []}', "[1]"])
+def test_a_seal_that_cannot_be_read_is_refused(text: str, tmp_path: Path) -> None:
+    with pytest.raises(ValueError, match="no such file"):
+        verify(tmp_path)
+    (tmp_path / "seal.json").write_text(text, encoding="utf-8")
+    with pytest.raises(ValueError, match="not a seal"):
+        verify(tmp_path)
+
+
+def test_files_of_others_are_left_alone(tmp_path: Path) -> None:
+    (tmp_path / "notes.txt").write_text("mine")
+    with pytest.raises(ValueError, match=r"has files, but no seal\.json"):
+        make_check(tmp_path, TINY)
+    assert [path.name for path in tmp_path.iterdir()] == ["notes.txt"]
+
+
+def test_a_check_that_cannot_be_made_leaves_nothing(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def full(*_: object) -> None:
+        raise OSError("no space left on device")
+
+    monkeypatch.setattr("ehsid.lab.blind.making.write_seal", full)
+    with pytest.raises(OSError, match="no space"), workers(1):
+        make_check(tmp_path / "check", replace(TINY, count=1))
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_cases_run_and_their_results_are_written(check: Path) -> None:
+    names = unfinished_cases(check)
+    assert len(names) == TINY.count
+    with workers(2):
+        outcomes = list(run_check(check, verify(check), StandIn()))
+    assert sorted(outcome.name for outcome in outcomes) == names
+    assert {outcome.word for outcome in outcomes} == {"effects"}
+    assert unfinished_cases(check) == []
+    for name, settings in results(check).items():
+        assert settings["rig"] == f"rig-{name}"
+        assert (settings["fitted"], settings["held_out"]) == (["train"], ["validate"])
+        assert settings["exclude"] == []
+        assert settings["workers"] == 1, "one core for each case"
+        assert settings["process"] != os.getpid()
+        files = sorted(path.name for path in (check / "results" / name).iterdir())
+        assert files == [".ehsid", "diagnosis.json", "rig.augmented.toml"]
+    assert list(run_check(check, verify(check), StandIn())) == []
+
+
+def test_a_task_has_neither_paths_nor_answers(check: Path) -> None:
+    for name, answer in answers_of(check).items():
+        task = pickle.dumps(read_case(check, name))
+        assert str(check).encode() not in task
+        assert b"answers" not in task
+        assert b"transfer" not in task
+        for effect in answer["effects"]:  # type: ignore[attr-defined]
+            assert str(effect).encode() not in task
+
+
+def test_an_error_is_a_result_and_the_others_go_on(check: Path) -> None:
+    names = unfinished_cases(check)
+    with workers(1):
+        outcomes = list(run_check(check, verify(check), StandIn(fails=(f"rig-{names[1]}",))))
+    assert [outcome.failed for outcome in outcomes] == [False, True, False, False, False]
+    text = (check / "results" / names[1] / ERROR).read_text(encoding="utf-8")
+    assert f"no root for rig-{names[1]}" in text
+    assert "Traceback" in text
+    assert f"(ArithmeticError: no root for rig-{names[1]})" in (outcomes[1].word or "")
+    assert unfinished_cases(check) == []
+
+
+def test_a_case_that_cannot_be_read_is_an_error_of_its_own(check: Path) -> None:
+    seal, names = verify(check), unfinished_cases(check)
+    (check / "cases" / names[0] / "train.csv").unlink()
+    with workers(1):
+        outcomes = list(run_check(check, seal, StandIn()))
+    assert [outcome.failed for outcome in outcomes] == [True, False, False, False, False]
+    assert "no such file" in outcomes[0].word
+
+
+def test_the_true_effect_is_left_out(tmp_path: Path) -> None:
+    settings = Settings(seed=3, count=6, grades=("plain",), seconds=2.0, exclude_truth=True)
+    out = tmp_path / "check"
+    with workers(1):
+        seal = make_check(out, settings)
+        list(run_check(out, seal, StandIn()))
+    answers, settings_by_case = answers_of(out), results(out)
+    assert len(settings_by_case) == 6
+    for name, answer in answers.items():
+        assert answer["kind"] == "one"
+        assert settings_by_case[name]["exclude"] == list(answer["effects"])  # type: ignore[call-overload]
+    # Each effect is used once before any is used again.
+    effects = {next(iter(answer["effects"])) for answer in answers.values()}  # type: ignore[call-overload]
+    assert len(effects) == 6
+    assert effects <= set(CATALOGUE)
+
+
+def test_a_result_replaces_an_earlier_one_and_nothing_else(tmp_path: Path) -> None:
+    keep(Outcome("a", {"one": b"1", "two": b"2"}, "", 0.0), tmp_path)
+    (tmp_path / "a" / "notes").write_text("mine")
+    keep(Outcome("a", {"one": b"3"}, "", 0.0), tmp_path)
+    contents = {
+        path.name: path.read_text() for path in (tmp_path / "a").iterdir() if path.is_file()
+    }
+    assert contents == {"one": "3", "notes": "mine"}
+    with pytest.raises(ValueError, match=r"a/notes: is there already"):
+        keep(Outcome("a", {"notes": b"4"}, "", 0.0), tmp_path)
+    assert (tmp_path / "a" / "notes").read_text() == "mine"
+
+
+RUN = """
+import sys
+from pathlib import Path
+from check_runs import StandIn
+from ehsid.lab.blind.running import run_check
+from ehsid.lab.blind.seal import verify
+from ehsid.harness.base.parallel import workers
+
+out = Path(sys.argv[1])
+with workers(2):
+    for outcome in run_check(out, verify(out), StandIn(seconds=1.0)):
+        print(outcome.name, flush=True)
+"""
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(os.name != "posix", reason="signals to a process")
+def test_a_kill_loses_only_unfinished_cases(check: Path) -> None:
+    """Of four cases, two at a time, the run is killed after the first; the test runs the others."""
+    names = unfinished_cases(check)
+    environment = {**os.environ, "PYTHONPATH": os.pathsep.join(path for path in sys.path if path)}
+    run = subprocess.Popen(
+        [sys.executable, "-c", RUN, str(check)],
+        stdout=subprocess.PIPE,
+        text=True,
+        env=environment,
+        start_new_session=True,
+    )
+    assert run.stdout is not None
+    first = run.stdout.readline().strip()
+    run.send_signal(signal.SIGKILL)
+    run.wait(timeout=10)
+    os.killpg(run.pid, signal.SIGKILL)  # its workers, which would otherwise continue
+    run.stdout.close()
+    assert first in names
+    results_before = results(check)
+    assert first in results_before
+    assert len(results_before) < len(names)
+    assert set(unfinished_cases(check)) == set(names) - set(results_before)
+    with workers(1):
+        outcomes = list(run_check(check, verify(check), StandIn()))
+    assert sorted(outcome.name for outcome in outcomes) == sorted(set(names) - set(results_before))
+    results_after = results(check)
+    assert sorted(results_after) == names
+    for name, settings in results_before.items():
+        assert results_after[name] == settings, "a finished case is not run again"
+    verify(check)

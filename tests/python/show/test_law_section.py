@@ -1,0 +1,51 @@
+# SPDX-License-Identifier: MIT
+"""What the page says of a missing law."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+from made_diagnoses import missing_law
+
+from ehsid.harness.show.law_section import missing_law_section
+from ehsid.harness.show.page import Card, Note, Plot
+
+
+def card(rivals: tuple[tuple[str, str], ...]) -> Card:
+    section = missing_law_section((replace(missing_law(), rivals=rivals),))
+    (found,) = (block for block in section.blocks if isinstance(block, Card))
+    return found
+
+
+def notes(rivals: tuple[tuple[str, str], ...]) -> list[str]:
+    return [block.text for block in card(rivals).blocks if isinstance(block, Note)]
+
+
+def test_a_law_has_a_curve_and_its_form_in_words() -> None:
+    blocks = card(()).blocks
+    assert sum(isinstance(block, Plot) for block in blocks) == 1
+    (note,) = notes(())
+    assert note.startswith("It jumps by 824 N at zero and is level on both sides, as Coulomb")
+    assert "100\N{NO-BREAK SPACE}% of the shrinkage" in note
+
+
+@pytest.mark.parametrize(
+    ("rival", "words"),
+    [
+        (("force", "time_s"), "a second time"),
+        (("force", "position_m"), "another place of the stroke"),
+        (("spool", "spool"), "half the speed"),
+        (("flow_a", "velocity_m_s"), "Record the pressures, too"),
+    ],
+)
+def test_rivals_come_with_the_motion_that_separates_them(
+    rival: tuple[str, str], words: str
+) -> None:
+    _, note = notes((rival,))
+    assert "These records hardly tell it from" in note
+    assert words in note
+
+
+def test_without_a_law_there_is_no_section() -> None:
+    assert missing_law_section(()).blocks == []

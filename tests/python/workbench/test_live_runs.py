@@ -1,0 +1,170 @@
+# SPDX-License-Identifier: MIT
+"""A run on a target in Python, in a worker process: wishes, results, and what is left of it."""
+
+from __future__ import annotations
+
+import json
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import pytest
+from app_sessions import BENCH
+from estimating_target import EstimatingTarget
+from hil_target import FakeDevice
+
+from ehsid.harness.records import read_record
+from ehsid.hil.relay import Relay, relayed
+from ehsid.workbench.jobs import Job, State
+from ehsid.workbench.live.ring import RingReader
+from ehsid.workbench.live.runs import SERVED, LiveRuns
+from ehsid.workbench.live.settings import LiveSettings
+from ehsid.workbench.live.told import COLUMNS, RING, read_told
+from ehsid.workbench.workbench import Workbench
+
+
+@pytest.fixture
+def runs(tmp_path: Path) -> Iterator[LiveRuns]:
+    workbench = Workbench(tmp_path / "machines")
+    made = LiveRuns(workbench)
+    yield made
+    made.close()
+    workbench.close()
+
+
+@pytest.fixture
+def target() -> Iterator[Relay]:
+    with relayed(FakeDevice(EstimatingTarget())) as relay:
+        yield relay
+
+
+def started(runs: LiveRuns, settings: LiveSettings) -> tuple[Job, Path]:
+    runs.start(settings)
+    folder = runs.latest()
+    assert runs.job is not None
+    assert folder is not None
+    return runs.job, folder
+
+
+def until(condition: Callable[[], bool]) -> None:
+    end = time.monotonic() + 60.0
+    while not condition():
+        assert time.monotonic() < end
+        time.sleep(0.02)
+
+
+def samples(folder: Path) -> int:
+    ring = folder / RING
+    return RingReader(ring).count if ring.exists() else 0
+
+
+def test_a_run_writes_what_the_command_writes(runs: LiveRuns, target: Relay) -> None:
+    settings = LiveSettings(port=target.port, rig=str(BENCH), duration_s="3", real_time=False)
+    job, folder = started(runs, settings)
+    job.wait(60.0)
+    assert (job.state, job.message) == (State.done, "")
+    found = json.loads((folder / "hil" / "hil.json").read_text())
+    assert found["equal_to_host"]
+    assert found["runs"][0]["samples"] == samples(folder) == 150
+    assert found["provenance"]["line"] == target.port
+    assert read_record(folder / "hil" / "record.csv").column("position_m").size == 150
+    assert not list((folder / "hil").glob("unfinished*"))
+    newest = RingReader(folder / RING).newest(1)[0]
+    assert newest[COLUMNS.index("agrees")] == 1.0
+    assert newest[COLUMNS.index("sent")] >= 153  # hello, configure, start
+    told = read_told(folder)
+    assert (told.board, told.faults, told.board_reset) == ("fake", True, False)
+    assert runs.settings() == settings
+    session = runs.make_machine("")
+    assert session.rig_file.read_bytes() == BENCH.read_bytes()
+    assert [entry.file for entry in session.settings.records] == ["logs/run_1.csv"]
+
+
+def test_wishes_are_carried_out_and_the_run_stopped(runs: LiveRuns, target: Relay) -> None:
+    job, folder = started(runs, LiveSettings(port=target.port, duration_s="200", dt_ms="10"))
+    until(lambda: samples(folder) > 20)
+    runs.start(LiveSettings(port=target.port))  # nothing happens while one goes on
+    assert runs.job is job
+    runs.wish("snapshot")
+    until(lambda: bool(read_told(folder).snapshots))
+    (name,) = read_told(folder).snapshots
+    runs.wish("reset")
+    runs.wish("restore", name)
+    runs.wish("restore", "none")
+    runs.wish("fault", "drop", "to target")
+    runs.wish("reset board")  # there is none
+    until(lambda: len(read_told(folder).events) >= 5)
+    runs.stop(begun=True)
+    job.wait(60.0)
+    assert (job.state, job.message) == (State.done, "")
+    words = " ".join(words for _, words in read_told(folder).events)
+    assert "The estimator begins anew." in words
+    assert f"The estimator goes on from {name}." in words
+    assert "cannot be read" in words
+    assert "Fault: Lose a frame" in words
+    assert "board" not in words
+    (run,) = json.loads((folder / "hil" / "hil.json").read_text())["runs"]
+    assert run["equal_to_host"]
+    assert run["estimator_begun_before_samples"]
+    assert run["line"]["asked_again"] >= 1
+
+
+def test_a_run_that_fails_says_where_its_samples_are(runs: LiveRuns) -> None:
+    with relayed(FakeDevice(EstimatingTarget())) as relay:
+        job, folder = started(runs, LiveSettings(port=relay.port))
+        until(lambda: samples(folder) > 5)
+    job.wait(60.0)
+    assert job.state is State.failed
+    assert relay.port in job.message  # the address that the user gave
+    left = folder / "hil" / "unfinished_1"
+    assert f"{left} holds the" in job.message
+    assert (left / "record.csv").exists()
+    with pytest.raises(ValueError, match="there is no record of a whole run"):
+        runs.make_machine("")
+
+
+def test_only_the_newest_run_keeps_its_ring(runs: LiveRuns, target: Relay) -> None:
+    settings = LiveSettings(port=target.port, duration_s="1", real_time=False)
+    _, first = started(runs, settings)
+    assert runs.job is not None
+    runs.job.wait(60.0)
+    job, second = started(runs, settings)
+    job.wait(60.0)
+    assert (first.name, second.name) == ("run_1", "run_2")
+    assert not (first / RING).exists()
+    assert (second / RING).exists()
+    assert (first / "hil" / "record.csv").exists()
+
+
+def test_runs_are_no_machines(runs: LiveRuns, target: Relay) -> None:
+    started(runs, LiveSettings(port=target.port, duration_s="1"))
+    assert runs.workbench.names() == []
+    assert runs.workbench.opened("_live").folder != runs.folder
+
+
+def test_the_end_of_the_program_ends_the_run(runs: LiveRuns, target: Relay) -> None:
+    job, folder = started(runs, LiveSettings(port=target.port))
+    until(lambda: samples(folder) > 5)
+    runs.close()
+    assert not job.running
+    assert list((folder / "hil").rglob("record.csv"))
+
+
+def test_what_makes_no_sense_begins_no_run(runs: LiveRuns) -> None:
+    with pytest.raises(ValueError, match="duration"):
+        runs.start(LiveSettings(port="loop://", duration_s="soon"))
+    assert runs.latest() is None
+
+
+@pytest.mark.parametrize(
+    ("path", "served"),
+    [
+        ("run_1/hil/hil.html", True),
+        ("run_12/snapshots/1_at_2.00_s.snapshot.json", True),
+        ("run_1/settings.json", False),
+        ("run_1/hil/.ehsid/hil.json", False),
+        ("errors.log", False),
+    ],
+)
+def test_only_results_are_served(path: str, served: bool) -> None:
+    assert bool(SERVED.fullmatch(path)) is served

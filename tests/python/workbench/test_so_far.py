@@ -1,0 +1,70 @@
+# SPDX-License-Identifier: MIT
+"""What a diagnosis at work knows, written and read again."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from ehsid.harness.diagnosis.schema import Estimate, HeldOutRun, HowFar, Interim
+from ehsid.workbench.downsampling import opened
+from ehsid.workbench.so_far import ERROR, FILE, FOLDER, forget, keep, key, latest
+
+WINDOW = np.array([-1, 0, 0, 1])
+RUN = HeldOutRun(
+    "judge",
+    0.1 * np.arange(4.0),
+    WINDOW,
+    np.zeros(4),
+    {"position_m": np.array([1.0, 2.0, 3.0, 4.0])},
+    {"position_m": np.array([0.0, 0.0, 0.0, 0.0])},
+    {"position_m": np.array([9.0, 2.5, 3.5, 4.5])},
+    {"position_m": np.array([9.0, 2.1, 3.1, 4.1])},
+)
+FAR = HowFar(0.5, 0.2, 0.1, (0.01, 0.02), None, Estimate(0.8, 0.7, 0.9), {})
+INTERIM = Interim(
+    "together", (RUN,), FAR, ("load_spring",), tuple(((str(i),), 0.1 * i) for i in range(1, 9))
+)
+
+
+def test_what_is_kept_is_read_again(tmp_path: Path) -> None:
+    keep(tmp_path, INTERIM, ["values", "alone"])
+    found = latest(tmp_path)
+    assert found is not None
+    folder, known = found
+    assert (known.stage, known.past, known.ahead) == (
+        "together",
+        ["values", "alone"],
+        ["load_spring"],
+    )
+    assert (known.nominal, known.calibrated, known.augmented, known.floor) == (0.5, 0.2, 0.1, 0.02)
+    assert [ids for ids, _ in known.sets] == [["1"], ["2"], ["3"], ["4"], ["5"], ["6"]]
+    assert [(run.record, run.outputs) for run in known.runs] == [("judge", ["position_m"])]
+    measured, error = (
+        opened(folder, key(0, 0, kind)).values for kind in ("measured", "calibrated" + ERROR)
+    )
+    np.testing.assert_array_equal(measured, RUN.measured["position_m"])
+    # Outside of windows nothing is simulated.
+    np.testing.assert_array_equal(error, [np.nan, 0.5, 0.5, 0.5])
+
+
+def test_the_last_stage_that_is_whole_counts(tmp_path: Path) -> None:
+    keep(tmp_path, replace(INTERIM, stage="alone"), ["values"])
+    keep(tmp_path, INTERIM, ["values", "alone"])
+    (tmp_path / FOLDER / "02" / FILE).unlink()  # as while it is being written
+    found = latest(tmp_path)
+    assert found is not None
+    assert found[1].stage == "alone"
+    forget(tmp_path)
+    assert latest(tmp_path) is None
+
+
+def test_a_simulation_that_diverges_has_no_gap(tmp_path: Path) -> None:
+    keep(tmp_path, replace(INTERIM, how_far=replace(FAR, nominal=math.inf)), [])
+    found = latest(tmp_path)
+    assert found is not None
+    assert found[1].nominal is None
+    assert found[1].calibrated == 0.2
