@@ -2,7 +2,7 @@
 """Are the newer effects found? python benchmarks/later_effects.py FOLDER
 
 Makes machines of the blind generator, each with one of the effects that came into the catalogue
-later (see `validation/reality/later.py`), diagnoses them without telling the effect, and compares.
+later (see `lab/reality/later.py`), diagnoses them without telling the effect, and compares.
 The generator and the simulator share no code, no form of the equations and no integrator.
 
 FOLDER keeps each finished machine, so that an interrupted run goes on where it stopped. With

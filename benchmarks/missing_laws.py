@@ -2,7 +2,7 @@
 """Are missing laws found? python benchmarks/missing_laws.py FOLDER
 
 Makes machines of the blind generator, each with one law that no catalogue names (eight families,
-see `validation/reality/unnamed.py`), diagnoses them without telling the law, and compares:
+see `lab/reality/unnamed.py`), diagnoses them without telling the law, and compares:
 equation, variable, curve, and how much of the explainable gap goes away on held-out data. The
 generator and the simulator share no code.
 
