@@ -6,13 +6,14 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
+from sources import ROOT
 
 from ehsid.harness.rigs import read_rig
 from ehsid.harness.signals.simulation import simulate
 from ehsid.workbench.reading import read_log
 from ehsid.workbench.session import Entry, Session
 
-BENCH = Path(__file__).parents[2] / "examples" / "rigs" / "bench.toml"
+BENCH = ROOT / "examples" / "rigs" / "bench.toml"
 HEAD = "Zeit [ms];Stellgröße [V];Weg [mm];Druck A [bar];Druck B [bar]"
 ANSWERS = {
     "bore": "63 mm",

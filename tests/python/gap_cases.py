@@ -4,10 +4,10 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from pathlib import Path
 
 import numpy as np
 import numpy.typing as npt
+from sources import ROOT
 
 import ehsid
 from ehsid.harness.diagnosis.model.case import Case, make_case
@@ -18,7 +18,7 @@ from ehsid.harness.signals.simulation import draw_noise, simulate
 
 FloatArray = npt.NDArray[np.float64]
 
-RIGS = Path(__file__).parents[2] / "examples" / "rigs"
+RIGS = ROOT / "examples" / "rigs"
 DT_S = 2e-3
 # Of the records: finer than any fit.
 SUBSTEPS = 16

@@ -5,7 +5,8 @@ import os
 import subprocess
 from pathlib import Path
 
-ROOT = Path(__file__).parents[2]
+from sources import ROOT
+
 # By gcc for `script/test --quick`, by clang for the whole: the one that was built last.
 ON_HOST = max(
     (

@@ -6,8 +6,9 @@ from pathlib import Path
 from typing import Any
 
 import jsonschema
+from sources import ROOT
 
-FOLDER = Path(__file__).parents[2] / "docs" / "schemas"
+FOLDER = ROOT / "docs" / "schemas"
 
 
 def published(name: str) -> Any:

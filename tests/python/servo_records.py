@@ -2,9 +2,9 @@
 """Records of a simulated servo with one effect or none, for tests of where a gap lies."""
 
 from collections.abc import Mapping
-from pathlib import Path
 
 import numpy as np
+from sources import ROOT
 
 from ehsid.harness.records import Record, make_record
 from ehsid.harness.rigs import Rig, read_rig
@@ -12,7 +12,7 @@ from ehsid.harness.signals.excitation import multisine
 from ehsid.harness.signals.simulation import draw_noise, simulate
 
 DT_S = 1e-3
-BENCH = read_rig(Path(__file__).parents[2] / "examples" / "rigs" / "bench.toml").with_values(
+BENCH = read_rig(ROOT / "examples" / "rigs" / "bench.toml").with_values(
     {"effects.valve_lag.bandwidth_hz": 0.0, "effects.valve_lag.damping": 0.0}
 )
 RIG = Rig(

@@ -5,13 +5,13 @@ from pathlib import Path
 
 import pytest
 from offline_pages import read
+from sources import ROOT
 
 from ehsid.harness.models.identification import IoData, identify
 from ehsid.harness.records import read_record
 
 pytestmark = pytest.mark.slow  # half a minute: a whole diagnosis
 
-ROOT = Path(__file__).parents[2]
 COLUMNS = ("valve_opening", "oil_pressure")
 
 

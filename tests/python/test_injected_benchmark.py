@@ -3,15 +3,13 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import pytest
+from sources import ROOT
 
 from ehsid.harness.records import read_record
 from ehsid.harness.rigs import read_rig
 from ehsid.harness.signals.injection import injectable
 
-ROOT = Path(__file__).parents[2]
 EMPS = ROOT / "tests" / "python" / "data" / "emps"
 
 

@@ -4,13 +4,13 @@
 import sys
 from collections.abc import Iterator
 from dataclasses import replace
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+from sources import ROOT
 
-FOLDER = Path(__file__).parents[2] / "benchmarks" / "peers"
+FOLDER = ROOT / "benchmarks" / "peers"
 
 
 @pytest.fixture(autouse=True, scope="module")

@@ -7,8 +7,7 @@ import tarfile
 from pathlib import Path
 
 import pytest
-
-ROOT = Path(__file__).resolve().parents[2]
+from sources import ROOT
 
 
 def tracked(*folders: str) -> set[str]:

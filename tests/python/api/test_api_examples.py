@@ -3,13 +3,12 @@
 
 import doctest
 from importlib import import_module
-from pathlib import Path
 
 import pytest
+from sources import ROOT
 
 import ehsid
 
-ROOT = Path(__file__).parents[3]
 FUNCTIONS = ("diagnose", "estimate", "identify", "read", "rig", "simulate")
 
 

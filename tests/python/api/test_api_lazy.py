@@ -9,6 +9,7 @@ import types
 from pathlib import Path
 
 import pytest
+from sources import ROOT
 
 import ehsid
 
@@ -37,7 +38,7 @@ def test_import_alone_loads_no_library_and_no_room() -> None:
 
 
 def test_a_rig_needs_no_library_of_plots_and_frames() -> None:
-    path = Path(__file__).parents[3] / "examples" / "rigs" / "bench.toml"
+    path = ROOT / "examples" / "rigs" / "bench.toml"
     loaded = modules_after(f"import ehsid; repr(ehsid.Rig.read({str(path)!r}))")
     assert "ehsid.harness.rigs" in loaded
     assert not loaded & {"control", "matplotlib", "pandas", "polars", "scipy"}

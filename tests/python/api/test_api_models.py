@@ -9,13 +9,13 @@ import control
 import numpy as np
 import polars as pl
 import pytest
+from sources import ROOT
 
 import ehsid
 from ehsid.harness.models import estimation, identification
 from ehsid.harness.models.identification import ArxOrders, IoData
 from ehsid.harness.records import read_record
 
-ROOT = Path(__file__).parents[3]
 CRANE = ROOT / "examples" / "data" / "hydraulic_crane.csv"
 NAMES = {"input": "valve_opening", "output": "oil_pressure"}
 FAST = {"orders": [2, 3], "delays": [1, 2]}

@@ -6,11 +6,11 @@ import numpy as np
 import pandas as pd
 import polars as pl
 import pytest
+from sources import ROOT
 
 import ehsid
 from ehsid.harness.records import read_record
 
-ROOT = Path(__file__).parents[3]
 EMPS = ROOT / "tests" / "python" / "data" / "emps" / "emps.csv"
 CRANE = ROOT / "examples" / "data" / "hydraulic_crane.csv"
 

@@ -3,12 +3,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from sources import ROOT
 
 import ehsid
 from ehsid.harness.rigs import parse_rig, read_rig
 from ehsid.harness.rigs.answers import answered, rig_file_text
 
-BENCH = Path(__file__).parents[3] / "examples" / "rigs" / "bench.toml"
+BENCH = ROOT / "examples" / "rigs" / "bench.toml"
 PLATE = {
     "bore": "63 mm",
     "rod": "35 mm",

@@ -4,17 +4,16 @@
 from collections.abc import Callable
 from dataclasses import replace
 from html.parser import HTMLParser
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 from made_diagnoses import bench, made_diagnosis, measured_record
 from matplotlib.figure import Figure
+from sources import ROOT
 
 import ehsid
 
-ROOT = Path(__file__).parents[3]
 CRANE = ROOT / "examples" / "data" / "hydraulic_crane.csv"
 HOSTILE = "<script>alert('x')</script>\n\x1b[31m\u202e&"
 NAMES = {"input": "valve_opening", "output": "oil_pressure"}

@@ -4,6 +4,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from sources import ROOT
 from typer.testing import CliRunner
 
 import ehsid
@@ -11,7 +12,7 @@ from ehsid.harness.cli import cli
 from ehsid.harness.rigs import read_rig
 from ehsid.harness.signals.simulation import simulate
 
-BENCH = Path(__file__).parents[3] / "examples" / "rigs" / "bench.toml"
+BENCH = ROOT / "examples" / "rigs" / "bench.toml"
 VOLTS = 0.5 * np.sin(np.arange(500) * 0.02)
 
 

@@ -10,8 +10,9 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from sources import ROOT
 
-BENCH = (Path(__file__).parents[3] / "examples" / "rigs" / "bench.toml").read_text("utf-8")
+BENCH = (ROOT / "examples" / "rigs" / "bench.toml").read_text("utf-8")
 AXIS = """\
 name = "axis"
 plant = "axis"

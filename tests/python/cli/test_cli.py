@@ -6,11 +6,12 @@ from pathlib import Path
 import model16
 import numpy as np
 import pytest
+from sources import ROOT
 from typer.testing import CliRunner
 
 from ehsid.harness.cli import cli
 
-CRANE = Path(__file__).parents[3] / "examples" / "data" / "hydraulic_crane.csv"
+CRANE = ROOT / "examples" / "data" / "hydraulic_crane.csv"
 BENCH = CRANE.parents[1] / "rigs" / "bench.toml"
 COLUMNS = ["--input", "valve_opening", "--output", "oil_pressure"]
 

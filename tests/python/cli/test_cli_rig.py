@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pytest
 from published_schemas import check_file
+from sources import ROOT
 from typer.testing import CliRunner
 
 from ehsid.harness.cli import cli
@@ -21,7 +22,7 @@ KNOWN = {
     "--rated-flow": "38 l/min",
 }
 OPTIONS = [word for pair in KNOWN.items() for word in pair]
-BENCH = str(Path(__file__).parents[3] / "examples" / "rigs" / "bench.toml")
+BENCH = str(ROOT / "examples" / "rigs" / "bench.toml")
 
 
 def said(*arguments: str, answers: str | None = None) -> str:

@@ -12,13 +12,14 @@ from pathlib import Path
 
 import pytest
 from click.testing import Result
+from sources import ROOT
 from typer.testing import CliRunner
 
 import ehsid
 from ehsid.harness.cli import GROUPS, VERBS, cli
 from ehsid.harness.cli.lazy import Verb
 
-EXAMPLES = Path(__file__).parents[3] / "examples"
+EXAMPLES = ROOT / "examples"
 RECORD = str(EXAMPLES / "data" / "hydraulic_crane.csv")
 CRANE = [RECORD, "--input", "valve_opening", "--output", "oil_pressure"]
 BENCH = str(EXAMPLES / "rigs" / "bench.toml")

@@ -9,7 +9,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from sources import HARNESS
+from sources import HARNESS, ROOT
 from typer.testing import CliRunner
 
 from ehsid.harness.base.text import printable
@@ -19,7 +19,7 @@ from ehsid.harness.cli.console import Console, print_points
 from ehsid.harness.cli.progress import progress_of
 from ehsid.harness.rigs import read_rig, write_rig
 
-BENCH = Path(__file__).parents[3] / "examples" / "rigs" / "bench.toml"
+BENCH = ROOT / "examples" / "rigs" / "bench.toml"
 EVIL = ["[/red]", "[bold]x[/bold]", "[link=file:///etc/passwd]x[/link]", ":smile:", "\\[x]"]
 
 

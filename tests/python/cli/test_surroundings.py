@@ -10,10 +10,11 @@ import sys
 from pathlib import Path
 
 import pytest
+from sources import ROOT
 
 from ehsid.harness.base.files import temporary_folder
 
-BENCH = Path(__file__).parents[3] / "examples" / "rigs" / "bench.toml"
+BENCH = ROOT / "examples" / "rigs" / "bench.toml"
 SIMULATE = (
     f"simulate {shlex.quote(str(BENCH))} --excitation steps --duration 2 --dt 0.01 --out s.csv"
 )

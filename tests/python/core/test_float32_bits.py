@@ -2,15 +2,15 @@
 """Python's float32 results are those of C++: both are compared with the same table of hashes."""
 
 import importlib.util
-from pathlib import Path
 from types import ModuleType
 
 import pytest
+from sources import ROOT
 
 
 @pytest.fixture(scope="module")
 def golden() -> ModuleType:
-    path = Path(__file__).parents[2] / "golden" / "float32_bits.py"
+    path = ROOT / "tests" / "golden" / "float32_bits.py"
     spec = importlib.util.spec_from_file_location("float32_bits", path)
     assert spec is not None
     assert spec.loader is not None

@@ -6,10 +6,10 @@ import re
 from pathlib import Path
 
 import pytest
+from sources import ROOT
 
 import ehsid
 
-ROOT = Path(__file__).resolve().parents[3]
 SOURCES = {"cpp/src/c_api.cpp", "cpp/src/c_kernels.cpp"}
 
 

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: MIT
 """The linear plant against exact solutions of Eqs. (1)-(4) and against their sampled form (6)."""
 
-from pathlib import Path
-
 import numpy as np
 import plant_runs as runs
 import pytest
@@ -10,12 +8,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from plant_reference import typical
 from scipy.signal import cont2discrete, dlsim, lfilter
+from sources import ROOT
 
 import ehsid
 from ehsid.harness.rigs import RigError, parse_rig, read_rig
 from ehsid.harness.signals.simulation import simulate
 
-LINEAR = Path(__file__).parents[3] / "examples" / "rigs" / "linear.toml"
+LINEAR = ROOT / "examples" / "rigs" / "linear.toml"
 
 
 def exact(values: dict[str, float], command: np.ndarray) -> np.ndarray:

@@ -5,13 +5,12 @@ import inspect
 import keyword
 import re
 import runpy
-from pathlib import Path
 
 import pytest
+from sources import ROOT
 
 import ehsid
 
-ROOT = Path(__file__).resolve().parents[3]
 SCRIPT = runpy.run_path(str(ROOT / "script" / "policies.py"))
 SETTINGS = [(info, setting) for info in ehsid.policies() for setting in info.settings]
 

@@ -4,18 +4,18 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from pathlib import Path
 
 import numpy as np
 import numpy.typing as npt
 import pytest
+from sources import ROOT
 
 from ehsid.harness.diagnosis import diagnose
 from ehsid.harness.records import Record, make_record
 from ehsid.harness.rigs import Rig, read_rig
 from ehsid.harness.signals.simulation import draw_noise, simulate
 
-RIGS = Path(__file__).parents[3] / "examples" / "rigs"
+RIGS = ROOT / "examples" / "rigs"
 DT_S = 2e-3
 # Integration steps of the records: more than in any fit.
 SUBSTEPS = 16

@@ -8,9 +8,8 @@ nothing in common with a fit of simulations.
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import pytest
+from sources import ROOT
 
 from ehsid.harness.diagnosis import Diagnosis, diagnose
 from ehsid.harness.diagnosis.options import DiagnosisOptions
@@ -18,7 +17,7 @@ from ehsid.harness.diagnosis.schema import Estimate
 from ehsid.harness.records import read_record
 from ehsid.harness.rigs import read_rig
 
-EMPS = Path(__file__).parents[1] / "data" / "emps"
+EMPS = ROOT / "tests" / "python" / "data" / "emps"
 MASS_KG = 95.1089
 VISCOUS_N_S_M = 203.5034
 COULOMB_N = 20.3935

@@ -8,10 +8,10 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
+from sources import ROOT
 
 from ehsid.harness.diagnosis import diagnose
 from ehsid.harness.records import Record
@@ -21,7 +21,7 @@ from ehsid.harness.signals.simulation import draw_noise, simulate
 
 pytestmark = [pytest.mark.usefixtures("one_process"), pytest.mark.slow]
 
-BENCH = read_rig(Path(__file__).parents[3] / "examples" / "rigs" / "bench.toml")
+BENCH = read_rig(ROOT / "examples" / "rigs" / "bench.toml")
 NOISE: dict[str, Mapping[str, float]] = {
     "all": BENCH.sensors,
     "position": {"position_noise_m": 1e-5},

@@ -13,6 +13,7 @@ import policies
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from sources import ROOT
 from typer.testing import CliRunner
 
 import ehsid
@@ -36,7 +37,6 @@ from ehsid.harness.models.identification import (
     identify,
 )
 
-ROOT = Path(__file__).parents[4]
 EXPORT = ROOT / "tests" / "export"
 CRANE = ROOT / "examples" / "data" / "hydraulic_crane.csv"
 COLUMNS = ["--input", "valve_opening", "--output", "oil_pressure"]

@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 from estimating_target import EstimatingTarget
 from hil_target import FakeDevice
+from sources import ROOT
 
 import ehsid
 from ehsid.harness.firmware.configuration import EstimatorConfiguration
@@ -33,7 +34,7 @@ from ehsid.hil.steering import Stopped
 from ehsid.hil.transport import Line, open_line
 
 RIG = published_rig()
-AXIS = Path(__file__).parents[4] / "examples" / "rigs" / "axis.toml"
+AXIS = ROOT / "examples" / "rigs" / "axis.toml"
 
 
 def plan_of(rig: Rig = RIG, *, position_control: bool = False) -> Plan:

@@ -14,6 +14,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
+from sources import ROOT
 
 from ehsid.harness.records import (
     CHANNELS,
@@ -25,7 +26,7 @@ from ehsid.harness.records import (
 )
 from ehsid.harness.records.checks import LARGEST
 
-CRANE = Path(__file__).parents[3] / "examples" / "data" / "hydraulic_crane.csv"
+CRANE = ROOT / "examples" / "data" / "hydraulic_crane.csv"
 ENDINGS = ("csv", "csv.gz", "parquet", "mat", "npz")
 
 

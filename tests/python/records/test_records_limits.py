@@ -13,6 +13,7 @@ import numpy as np
 import polars as pl
 import pytest
 import scipy.io
+from sources import ROOT
 
 from ehsid.harness.records import RecordError, limits, read_record
 from ehsid.harness.records.limits import BYTES, SAMPLES
@@ -170,6 +171,6 @@ def test_a_limit_that_is_no_number_is_refused(value: str, monkeypatch: pytest.Mo
 
 
 def test_the_limits_stand_in_the_documents() -> None:
-    text = (Path(__file__).parents[3] / "docs" / "records.md").read_text("utf-8")
+    text = (ROOT / "docs" / "records.md").read_text("utf-8")
     for limit in (BYTES, SAMPLES, limits.COLUMNS, limits.LINE, RIG_BYTES):
         assert f"| `{limit.variable}` | {limit.default:,} |".replace(",", " ") in text

@@ -3,14 +3,13 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import pytest
+from sources import ROOT
 
 from ehsid.harness.rigs import Rig, read_rig
 from ehsid.harness.rigs.changes import changes
 
-BENCH = Path(__file__).parents[3] / "examples" / "rigs" / "bench.toml"
+BENCH = ROOT / "examples" / "rigs" / "bench.toml"
 
 
 @pytest.fixture(scope="module")

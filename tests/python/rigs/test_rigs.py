@@ -5,11 +5,12 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from sources import ROOT
 
 import ehsid
 from ehsid.harness.rigs import RigError, parse_rig, read_rig, rig_text, write_rig
 
-RIGS = Path(__file__).parents[3] / "examples" / "rigs"
+RIGS = ROOT / "examples" / "rigs"
 BENCH = (RIGS / "bench.toml").read_text(encoding="utf-8")
 PARAMETERS = {p.name: p for p in ehsid.plant_parameters()}
 MACHINE = [

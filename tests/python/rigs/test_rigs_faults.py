@@ -14,11 +14,12 @@ import pytest
 import tomli_w
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from sources import ROOT
 
 import ehsid
 from ehsid.harness.rigs import Rig, RigError, parse_rig, read_rig, rig_text, write_rig
 
-RIGS = Path(__file__).parents[3] / "examples" / "rigs"
+RIGS = ROOT / "examples" / "rigs"
 PARAMETERS = {p.name: p for p in ehsid.plant_parameters()}
 EFFECTS = {effect.id: effect for effect in ehsid.effects()}
 

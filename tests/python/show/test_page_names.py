@@ -17,6 +17,7 @@ import pytest
 from identification_truth import model16
 from made_pages import KINDS
 from page_names import EVIL, PLAIN, Reader, file_name, read_page, words
+from sources import ROOT
 from typer.testing import CliRunner
 
 from ehsid.harness.base.text import printable
@@ -24,7 +25,7 @@ from ehsid.harness.cli import cli
 from ehsid.harness.rigs import read_rig, write_rig
 
 pytestmark = pytest.mark.usefixtures("one_process")
-BENCH = Path(__file__).parents[3] / "examples" / "rigs" / "bench.toml"
+BENCH = ROOT / "examples" / "rigs" / "bench.toml"
 # What stands in most places of a page, and what can do harm in pictures, headers and JSON. The page
 # of a diagnosis has all of them; the other kinds are made by the same functions.
 OTHERS = ("element", "end of script", "attribute", "expression", "direction")

@@ -1,12 +1,12 @@
 # SPDX-License-Identifier: MIT
 import re
 from collections.abc import Callable
-from pathlib import Path
 
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from sources import ROOT
 
 from ehsid.harness.diagnosis.data import gate_signs
 from ehsid.harness.diagnosis.data.gate import gate, longest_stretch, stretch, usable_part
@@ -18,7 +18,7 @@ from ehsid.harness.rigs import Rig, read_rig
 from ehsid.harness.signals.excitation import multisine
 from ehsid.harness.signals.simulation import draw_noise, simulate
 
-RIGS = Path(__file__).parents[4] / "examples" / "rigs"
+RIGS = ROOT / "examples" / "rigs"
 DT_S = 1e-3
 N = 6000
 BENCH = read_rig(RIGS / "bench.toml")

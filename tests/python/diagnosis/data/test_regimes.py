@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: MIT
-from pathlib import Path
 
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from sources import ROOT
 
 from ehsid.harness.diagnosis.data.regimes import reversals, visited
 from ehsid.harness.records import make_record
@@ -12,7 +12,7 @@ from ehsid.harness.rigs import read_rig
 from ehsid.harness.signals.excitation import triangle
 from ehsid.harness.signals.simulation import simulate
 
-RIGS = Path(__file__).parents[4] / "examples" / "rigs"
+RIGS = ROOT / "examples" / "rigs"
 DT_S = 1e-3
 
 

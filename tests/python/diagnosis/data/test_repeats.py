@@ -1,11 +1,11 @@
 # SPDX-License-Identifier: MIT
-from pathlib import Path
 
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from scipy.signal import lfilter
+from sources import ROOT
 
 from ehsid.harness.diagnosis.data.floor import floor_of, noise_floor, sensor_step, shows_motion
 from ehsid.harness.diagnosis.data.repeats import find_repeat, repeat_errors
@@ -16,7 +16,7 @@ from ehsid.harness.signals.excitation import multisine
 from ehsid.harness.signals.simulation import simulate
 
 DT_S = 1e-3
-RIG = read_rig(Path(__file__).parents[4] / "examples" / "rigs" / "bench.toml")
+RIG = read_rig(ROOT / "examples" / "rigs" / "bench.toml")
 
 
 def coloured(n: int, sigma: float, corner_hz: float, seed: int) -> np.ndarray:

@@ -5,10 +5,10 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
+from sources import ROOT
 
 from ehsid.harness.diagnosis.data.floor import floor_of
 from ehsid.harness.diagnosis.data.oil_spring import oil_spring_hz
@@ -24,7 +24,7 @@ from ehsid.harness.rigs import Rig, read_rig
 from ehsid.harness.signals.excitation import multisine
 from ehsid.harness.signals.simulation import draw_noise, simulate
 
-BENCH = read_rig(Path(__file__).parents[4] / "examples" / "rigs" / "bench.toml")
+BENCH = read_rig(ROOT / "examples" / "rigs" / "bench.toml")
 NOISE = {"position_noise_m": 1e-5, "pressure_a_noise_pa": 1e4, "spool_noise": 1e-3}
 
 

@@ -1,11 +1,11 @@
 # SPDX-License-Identifier: MIT
 import math
-from pathlib import Path
 
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from sources import ROOT
 
 import ehsid
 from ehsid.harness.catalogue.parameters import effects, plant_parameters
@@ -20,7 +20,7 @@ from ehsid.harness.diagnosis.thresholds import (
 )
 from ehsid.harness.rigs import Rig, read_rig
 
-RIGS = Path(__file__).parents[4] / "examples" / "rigs"
+RIGS = ROOT / "examples" / "rigs"
 
 
 @pytest.fixture(params=["bench", "axis", "linear"])

@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: MIT
 import warnings
-from pathlib import Path
 
 import numpy as np
 import pytest
 from scipy.fft import dct
+from sources import ROOT
 
 from ehsid.harness.diagnosis import (
     Problem,
@@ -24,7 +24,7 @@ from ehsid.harness.signals.excitation import multisine
 from ehsid.harness.signals.simulation import draw_noise, simulate, simulate_windows
 
 DT_S = 1e-3
-BENCH = read_rig(Path(__file__).parents[4] / "examples" / "rigs" / "bench.toml").with_values(
+BENCH = read_rig(ROOT / "examples" / "rigs" / "bench.toml").with_values(
     {"effects.valve_lag.bandwidth_hz": 0.0, "effects.valve_lag.damping": 0.0}
 )
 RIG = Rig(

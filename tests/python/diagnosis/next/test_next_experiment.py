@@ -1,11 +1,11 @@
 # SPDX-License-Identifier: MIT
-from pathlib import Path
 
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.stats import norm
+from sources import ROOT
 
 from ehsid.harness.diagnosis import fit
 from ehsid.harness.diagnosis.data.floor import NoiseFloor
@@ -29,7 +29,7 @@ from ehsid.harness.signals.simulation import draw_noise, simulate
 
 pytestmark = pytest.mark.usefixtures("one_process")
 
-RIGS = Path(__file__).parents[4] / "examples" / "rigs"
+RIGS = ROOT / "examples" / "rigs"
 DT_S = 1e-3
 NOISE_M = 6e-6
 BENCH = read_rig(RIGS / "bench.toml").with_values(

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: MIT
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
+from sources import ROOT
 
 import ehsid
 from ehsid.harness.diagnosis.data.regimes import Regimes, visited
@@ -15,7 +15,7 @@ from ehsid.harness.rigs import read_rig
 from ehsid.harness.signals.excitation import odd_multisine, random_steps, triangle
 from ehsid.harness.signals.simulation import simulate
 
-RIG = read_rig(Path(__file__).parents[4] / "examples" / "rigs" / "bench.toml")
+RIG = read_rig(ROOT / "examples" / "rigs" / "bench.toml")
 IDS = [effect.id for effect in ehsid.effects()]
 DT_S = 1e-3
 RICH = Regimes(

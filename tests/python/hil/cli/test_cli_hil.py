@@ -18,6 +18,7 @@ import pytest
 from hil_firmware import HostDevice
 from interrupts import interruptible
 from published_schemas import check_file
+from sources import ROOT
 from typer.testing import CliRunner
 
 from ehsid.harness.cli import cli
@@ -116,7 +117,7 @@ def test_wrong_use(arguments: tuple[str, ...], says: str, tmp_path: Path) -> Non
 
 
 def test_another_machine_must_be_of_the_same_kind(tmp_path: Path) -> None:
-    axis = Path(__file__).parents[3] / "examples" / "rigs" / "axis.toml"
+    axis = ROOT / "examples" / "rigs" / "axis.toml"
     code, _, errors = ended("--port", "loop://", "--actual", str(axis), "--out", str(tmp_path))
     assert code == 2
     assert 'a plant "axis"' in errors
@@ -285,7 +286,7 @@ def test_a_run_on_the_emulated_cortex_m(
 @pytest.mark.slow
 def test_the_record_goes_into_the_diagnosis(relay: Relay, tmp_path: Path) -> None:
     """A machine with a friction that the rig does not tell, under control of the target."""
-    rig = Path(__file__).parents[3] / "examples" / "rigs" / "bench.toml"
+    rig = ROOT / "examples" / "rigs" / "bench.toml"
     out = tmp_path / "hil"
     arguments = ["--port", relay.port, "--rig", str(rig), "--loop", "position", "--dt", "0.002"]
     arguments += ["--excitation", "steps", "--effect", "coulomb_friction.force_n=400"]

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from sources import ROOT
 from typer.testing import CliRunner
 
 from ehsid.harness.cli import cli
@@ -14,8 +15,8 @@ from ehsid.harness.rigs import write_rig
 from ehsid.harness.rigs.published import published_rig
 from ehsid.lab.studies.rig_records import rig_record
 
-CRANE = Path(__file__).parents[3] / "examples" / "data" / "hydraulic_crane.csv"
-AXIS = Path(__file__).parents[3] / "examples" / "rigs" / "axis.toml"
+CRANE = ROOT / "examples" / "data" / "hydraulic_crane.csv"
+AXIS = ROOT / "examples" / "rigs" / "axis.toml"
 
 
 class Headings(HTMLParser):

@@ -4,18 +4,18 @@
 from __future__ import annotations
 
 from itertools import pairwise
-from pathlib import Path
 
 import control
 import numpy as np
 import pytest
+from sources import ROOT
 
 import ehsid
 from ehsid.harness.rigs import read_rig
 from ehsid.harness.signals.simulation import SimulationError
 from ehsid.lab.studies.linearisation import SmallSignal, small_signal_response
 
-RIGS = Path(__file__).parents[3] / "examples" / "rigs"
+RIGS = ROOT / "examples" / "rigs"
 DT_S = 0.05
 LINEAR = read_rig(RIGS / "linear.toml")
 BENCH = read_rig(RIGS / "bench.toml")

@@ -5,7 +5,6 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -13,6 +12,7 @@ import statsmodels.api as sm
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from identification_truth import A16, B16, arx_output, model16
+from sources import ROOT
 
 from ehsid.harness.models.identification import (
     ArxOrders,
@@ -28,7 +28,7 @@ from ehsid.lab.studies.attempts import gain
 from ehsid.lab.studies.problems import Problem
 from ehsid.lab.studies.procedure import Procedure, run_procedure
 
-CRANE = Path(__file__).parents[3] / "examples" / "data" / "hydraulic_crane.csv"
+CRANE = ROOT / "examples" / "data" / "hydraulic_crane.csv"
 
 
 def names(procedure: Procedure) -> set[str]:

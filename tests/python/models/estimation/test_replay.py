@@ -3,7 +3,6 @@
 
 import json
 from dataclasses import replace
-from pathlib import Path
 
 import model16
 import numpy as np
@@ -12,6 +11,7 @@ import policies
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from sources import ROOT
 
 import ehsid
 from ehsid.harness.models.estimation import EstimationResult, estimate
@@ -19,7 +19,7 @@ from ehsid.harness.models.identification import ArxOrders, IdentificationError, 
 from ehsid.harness.records import read_record
 
 FloatArray = npt.NDArray[np.float64]
-CRANE = Path(__file__).parents[3] / "examples" / "data" / "hydraulic_crane.csv"
+CRANE = ROOT / "examples" / "data" / "hydraulic_crane.csv"
 LEAST_SQUARES = ehsid.Constant(1.0)
 
 

@@ -10,19 +10,19 @@ sigma2 = V, AIC = -2 ln L + 2 (d + 1) and BIC = -2 ln L + (d + 1) ln N with the 
 from __future__ import annotations
 
 import math
-from pathlib import Path
 
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from identification_truth import model16
+from sources import ROOT
 from statsmodels.tsa.ar_model import AutoReg, AutoRegResultsWrapper
 
 from ehsid.harness.models.identification import Candidate, IoData, identify
 from ehsid.harness.records import read_record
 
-CRANE = Path(__file__).parents[3] / "examples" / "data" / "hydraulic_crane.csv"
+CRANE = ROOT / "examples" / "data" / "hydraulic_crane.csv"
 
 
 def outside(u: np.ndarray, y: np.ndarray, candidate: Candidate, skip: int) -> AutoRegResultsWrapper:

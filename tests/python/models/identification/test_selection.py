@@ -5,7 +5,6 @@ from __future__ import annotations
 
 import json
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -13,6 +12,7 @@ import scipy.signal
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from identification_truth import A16, B16, model16
+from sources import ROOT
 
 from ehsid.harness.models.identification import (
     ArxModel,
@@ -39,7 +39,7 @@ from ehsid.harness.models.identification.order_rules import (
 )
 from ehsid.harness.records import read_record
 
-CRANE = Path(__file__).parents[3] / "examples" / "data" / "hydraulic_crane.csv"
+CRANE = ROOT / "examples" / "data" / "hydraulic_crane.csv"
 
 
 @pytest.fixture(scope="module")

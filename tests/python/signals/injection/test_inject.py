@@ -1,12 +1,12 @@
 # SPDX-License-Identifier: MIT
 """The whole of it: a machine with the effect under u' does what the machine did under u."""
 
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 import pytest
+from sources import ROOT
 
 import ehsid
 from ehsid.harness.records import Record, RecordError, make_record, read_record
@@ -16,8 +16,8 @@ from ehsid.harness.signals.injection.effects import COMMAND, OWN, POSITION
 from ehsid.harness.signals.simulation import simulate
 
 FloatArray = npt.NDArray[np.float64]
-RIGS = Path(__file__).parents[4] / "examples" / "rigs"
-EMPS = Path(__file__).parents[2] / "data" / "emps"
+RIGS = ROOT / "examples" / "rigs"
+EMPS = ROOT / "tests" / "python" / "data" / "emps"
 DT_S = 1e-3
 ROUNDING_OF_EDGES = 1e-4  # of full opening: the least that the simulator takes
 

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from sources import ROOT
 from typer.testing import CliRunner
 
 from ehsid.harness.cli import cli
@@ -13,7 +14,7 @@ from ehsid.harness.records import make_record, read_record, write_record
 from ehsid.harness.rigs import read_rig
 from ehsid.harness.signals.injection import answer_path
 
-BENCH = Path(__file__).parents[4] / "examples" / "rigs" / "bench.toml"
+BENCH = ROOT / "examples" / "rigs" / "bench.toml"
 
 
 @pytest.fixture

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: MIT
 """Effects of the sensor on a logged position against the simulator's and against scipy."""
 
-from pathlib import Path
-
 import numpy as np
 import numpy.typing as npt
 import pytest
@@ -10,13 +8,14 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 from scipy.signal import lsim
+from sources import ROOT
 
 from ehsid.harness.rigs import read_rig
 from ehsid.harness.signals.injection.position import behind_bias, behind_sensor
 from ehsid.harness.signals.simulation import simulate
 
 FloatArray = npt.NDArray[np.float64]
-RIGS = Path(__file__).parents[4] / "examples" / "rigs"
+RIGS = ROOT / "examples" / "rigs"
 DT_S = 1e-3
 
 

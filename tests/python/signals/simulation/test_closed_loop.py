@@ -1,12 +1,12 @@
 # SPDX-License-Identifier: MIT
 import math
-from pathlib import Path
 
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from scipy.signal import cont2discrete, dlsim
+from sources import ROOT
 
 from ehsid.harness.rigs import Rig, read_rig
 from ehsid.harness.signals.simulation import (
@@ -20,7 +20,7 @@ from ehsid.harness.signals.simulation import (
     with_integral,
 )
 
-RIGS = Path(__file__).parents[3] / "examples" / "rigs"
+RIGS = ROOT / "examples" / "rigs"
 DT_S = 1e-3
 
 

@@ -3,15 +3,14 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import numpy as np
 import pytest
+from sources import ROOT
 
 from ehsid.harness.rigs import read_rig
 from ehsid.harness.signals.simulation import inside_stroke, simulate
 
-RIGS = Path(__file__).parents[3] / "examples" / "rigs"
+RIGS = ROOT / "examples" / "rigs"
 
 
 @pytest.mark.parametrize("peak", [0.5, 9.0])

@@ -4,6 +4,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from sources import ROOT
 from typer.testing import CliRunner
 
 from ehsid.harness.cli import cli
@@ -11,7 +12,7 @@ from ehsid.harness.records import read_record
 from ehsid.harness.rigs import RigError, read_rig
 from ehsid.harness.signals.simulation import SimulationError, parse_settings, simulate
 
-RIG = Path(__file__).parents[3] / "examples" / "rigs" / "bench.toml"
+RIG = ROOT / "examples" / "rigs" / "bench.toml"
 AXIS = RIG.with_name("axis.toml")
 
 

@@ -1,17 +1,17 @@
 # SPDX-License-Identifier: MIT
-from pathlib import Path
 
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from sources import ROOT
 
 from ehsid.harness.records import Record, make_record
 from ehsid.harness.rigs import read_rig
 from ehsid.harness.signals.simulation import measured_states, simulate, simulate_windows
 from ehsid.harness.signals.simulation.windows import window_numbers
 
-RIG = read_rig(Path(__file__).parents[3] / "examples" / "rigs" / "bench.toml")
+RIG = read_rig(ROOT / "examples" / "rigs" / "bench.toml")
 DT_S = 1e-3
 TRUE = {"effects.load_force.force_n": 800.0, "effects.valve_hysteresis.half_width": 0.01}
 
