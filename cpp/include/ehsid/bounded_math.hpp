@@ -18,9 +18,11 @@ EHSID_ONCE Scalar bounded_exp(Scalar x) {
   const Scalar limited = x > Scalar(4) ? Scalar(4) : x < Scalar(-4) ? Scalar(-4) : x;
   const Scalar small = limited * (Scalar(1) / Scalar(1 << kSquarings));
   Scalar sum = Scalar(1);
+  EHSID_UNROLL
   for (int n = kTerms; n >= 1; --n) {
     sum = Scalar(1) + small * detail::kInverse<Scalar>[n] * sum;
   }
+  EHSID_UNROLL
   for (int i = 0; i < kSquarings; ++i) {
     sum *= sum;
   }

@@ -49,6 +49,28 @@ struct Sensitive {
   friend Sensitive operator+(Scalar l, const Sensitive& r) { return {l + r.value, r.by_v, r.by_y}; }
 };
 
+/// v itself, or a multiple of it: its derivative by y is 0.
+template <class Scalar>
+struct MultipleOfV {
+  Scalar value;
+  Scalar by_v;
+
+  friend Sensitive<Scalar> operator*(const MultipleOfV& l, const Sensitive<Scalar>& r) {
+    return {l.value * r.value, l.by_v * r.value + l.value * r.by_v, l.value * r.by_y};
+  }
+};
+
+/// y itself, or a multiple of it: its derivative by v is 0.
+template <class Scalar>
+struct MultipleOfY {
+  Scalar value;
+  Scalar by_y;
+
+  friend Sensitive<Scalar> operator*(const MultipleOfY& l, const Sensitive<Scalar>& r) {
+    return {l.value * r.value, l.value * r.by_v, l.by_y * r.value + l.value * r.by_y};
+  }
+};
+
 /// The sampled servo for K dt = 1: denominator (z - 1) Q(z), numerator b1 z^2 + b2 z + b3.
 template <class Scalar>
 struct SampledServo {
@@ -75,7 +97,7 @@ struct ServoStep {
 };
 
 template <class Scalar>
-ServoStep<Scalar> short_servo_step(const Sensitive<Scalar>& v, const Sensitive<Scalar>& y) {
+ServoStep<Scalar> short_servo_step(const MultipleOfV<Scalar>& v, const MultipleOfY<Scalar>& y) {
   using Number = Sensitive<Scalar>;
   Number before{Scalar(0)};
   Number term{Scalar(1)};
@@ -96,10 +118,11 @@ ServoStep<Scalar> short_servo_step(const Sensitive<Scalar>& v, const Sensitive<S
 
 /// exp(-v) for v up to 1/4 in size, by Horner's rule: 1 - v (1 - v/2 (1 - v/3 (...))).
 template <class Scalar>
-Sensitive<Scalar> short_exponential(const Sensitive<Scalar>& v) {
+Sensitive<Scalar> short_exponential(const MultipleOfV<Scalar>& v) {
   Sensitive<Scalar> sum{Scalar(1)};
   for (int n = kServoSeriesTerms<Scalar>; n >= 1; --n) {
-    sum = Scalar(1) - kInverse<Scalar>[n] * v * sum;
+    const Scalar inverse = kInverse<Scalar>[n];
+    sum = Scalar(1) - MultipleOfV<Scalar>{inverse * v.value, inverse * v.by_v} * sum;
   }
   return sum;
 }
@@ -115,8 +138,7 @@ constexpr Scalar kLargestServoRate = Scalar(1 << (detail::kServoMaxDoublings - 2
 template <class Scalar>
 SampledServo<Scalar> sample_servo(Scalar v_value, Scalar y_value) {
   using Number = Sensitive<Scalar>;
-  const Number v{v_value, Scalar(1), Scalar(0)};
-  const Number y{y_value, Scalar(0), Scalar(1)};
+  const MultipleOfY<Scalar> y{y_value, Scalar(1)};
 
   int doublings = 0;
   Scalar tau = Scalar(1);  // length of the short step, then of the time covered
@@ -126,10 +148,11 @@ SampledServo<Scalar> sample_servo(Scalar v_value, Scalar y_value) {
     ++doublings;
   }
 
-  const Number short_v = tau * v;
-  const Number short_y = tau * tau * y;
+  const MultipleOfV<Scalar> short_v{tau * v_value, tau};
+  const MultipleOfY<Scalar> short_y{tau * tau * y_value, tau * tau};
   const auto forward = detail::short_servo_step(short_v, short_y);
-  const auto backward = detail::short_servo_step(Scalar(-1) * short_v, short_y);
+  const auto backward =
+      detail::short_servo_step(MultipleOfV<Scalar>{-short_v.value, -short_v.by_v}, short_y);
   Number d = detail::short_exponential(short_v);
   Number e = tau * forward.e;
   Number w = forward.w;

@@ -404,7 +404,7 @@ class ServoEstimator {
   }
 
   /// A time in samples, at least `least`.
-  std::int32_t samples_of(Scalar seconds, std::int32_t least) const {
+  EHSID_ONCE std::int32_t samples_of(Scalar seconds, std::int32_t least) const {
     const Scalar samples = seconds * per_second_;
     const Scalar most = Scalar(1e9);
     const auto found = static_cast<std::int32_t>(samples < most ? samples : most);
@@ -520,9 +520,10 @@ class ServoEstimator {
       shift(measured, position);
       return Status::no_information;
     }
-    const typename Filter::Tuning tuning = this->tuning(bank_[0].state().samples, true);
+    typename Filter::Tuning with = tuning();
+    with.adaptation = adaptation(bank_[0].state().samples);
     for (auto& one : bank_) {
-      one.update(measured, tuning);
+      one.update(measured, with);
       if (!one.finite()) {
         one.state().likelihood = Scalar(-1e30);
       }
@@ -537,8 +538,7 @@ class ServoEstimator {
     filter_ = bank_[static_cast<std::size_t>(best)];
     delay_ = options_.delay + (best >= kRates ? 1 : 0);
     if (!filter_.finite()) {
-      filter_ = {};  // it has nothing to tell
-      return again();
+      return lost();
     }
     if (samples >= 40) {
       static_cast<void>(run_.take(filter_.state(), sign_ * position, samples_of(Scalar(2), 8)));
@@ -617,7 +617,7 @@ class ServoEstimator {
       const Scalar wide = most > quiet ? most : quiet;
       if (std::abs(position - rest_position_) <= wide) {
         rest_position_ += Scalar(0.01) * (position - rest_position_);
-        filter_.let_drift(tuning(tracked_, false));
+        filter_.let_drift(tuning());
         filter_.state().position = Scalar(0);
         reference_ = position;
         return Status::no_information;
@@ -633,14 +633,16 @@ class ServoEstimator {
       place();
     }
     placed_ = hold && placed_;
-    typename Filter::Tuning with = tuning(filter_.state().samples, settling_ == 0);
+    typename Filter::Tuning with = tuning();
+    if (settling_ == 0) {
+      with.adaptation = adaptation(filter_.state().samples);
+    }
     with.hold_servo = hold;
     const Scalar rate = filter_.state().rate;
     const Scalar damping = filter_.state().damping;
     filter_.update(measured, with);
     if (!filter_.finite()) {
-      filter_ = {};  // it has nothing to tell
-      return again();
+      return lost();
     }
     // The coefficients follow the parameters where these have moved, and at times in any case.
     if (std::abs(filter_.state().rate - rate) + std::abs(filter_.state().damping - damping) * rate >
@@ -677,6 +679,12 @@ class ServoEstimator {
       return again();
     }
     return Status::ok;
+  }
+
+  /// A filter whose numbers are not finite has nothing to tell.
+  EHSID_RARE Status lost() {
+    filter_ = {};
+    return again();
   }
 
   /// Everything begins anew; servo() tells the old values, not trusted, until there are new ones.
@@ -763,24 +771,31 @@ class ServoEstimator {
     }
   }
 
-  typename Filter::Tuning tuning(std::int32_t samples, bool adapt) const {
-    // Step of the noise: the larger of 1 / (k + 60) and 0.3 / (1 s or 200 samples), at most 0.01; twice as fast and without
-    // that limit while the starts compete, whose likelihoods mean little before the noise is right.
+  /// What a filter is told while neither noise is adapted.
+  typename Filter::Tuning tuning() const {
+    return {options_.drift * options_.drift * options_.dt_s, command_square_, least_noise_,
+            Scalar(0), false};
+  }
+
+  /// Step of the noise: the larger of 1 / (k + 60) and 0.3 / (1 s or 200 samples), at most 0.01; twice as fast and without
+  /// that limit while the starts compete, whose likelihoods mean little before the noise is right.
+  Scalar adaptation(std::int32_t samples) const {
     const bool starting = phase_ == Phase::starting;
     const Scalar slow = Scalar(0.3) / static_cast<Scalar>(samples_of(Scalar(1), 200));
     const Scalar fast = Scalar(starting ? 2 : 1) / (static_cast<Scalar>(samples) + Scalar(60));
     const Scalar step = fast > slow ? fast : slow;
     const Scalar most = starting ? Scalar(1) : Scalar(0.01);
-    return {options_.drift * options_.drift * options_.dt_s, command_square_, least_noise_,
-            adapt ? (step < most ? step : most) : Scalar(0), false};
+    return step < most ? step : most;
   }
 
   /// The command that acts until the next sample, and what it says of itself.
   void move_on(Scalar command) {
-    for (std::size_t i = commands_.size() - 1; i > 0; --i) {
-      commands_[i] = commands_[i - 1];
+    Scalar newer = command;
+    for (Scalar& kept : commands_) {
+      const Scalar older = kept;
+      kept = newer;
+      newer = older;
     }
-    commands_[0] = command;
     if (!resting_) {
       averaged_ += averaged_ < kMostSamples ? 1 : 0;
       const Scalar step = Scalar(1) / static_cast<Scalar>(averaged_);
@@ -808,7 +823,7 @@ class ServoEstimator {
         kHalfInterval * std::sqrt(filter_.covariance(4, 4)) < Scalar(1.5) * options_.tolerance) {
       known_ = true;
     }
-    const typename Filter::Tuning with = tuning(0, false);
+    const typename Filter::Tuning with = tuning();
     if (phase_ == Phase::starting) {
       for (int i = 0; i < kStarts; ++i) {
         auto& one = bank_[static_cast<std::size_t>(i)];
@@ -831,7 +846,6 @@ class ServoEstimator {
   Options options_{Scalar(0), 0, Scalar(0), Scalar(0)};
   Scalar per_second_ = Scalar(0);  // samples
   Filter filter_{};
-  std::array<Filter, static_cast<std::size_t>(kStarts)> bank_{};
   RestDetector<Scalar> rest_{};
   FreeRun<Scalar> run_{};
   SingleSine<Scalar> sine_{};
@@ -867,6 +881,7 @@ class ServoEstimator {
   bool suspected_ = false;  // a change of the plant, since the variances were widened
   bool fitted_ = false;     // the disturbance was small once
   bool placed_ = false;     // moved along the curve of one sine
+  std::array<Filter, static_cast<std::size_t>(kStarts)> bank_{};  // last: the others are near
 };
 
 }  // namespace ehsid

@@ -158,12 +158,15 @@ class ServoFilter {
     state_.acceleration = t.decay.value * a - t.pull.value * error;
 
     // P = F P F' + g g' q + D, where g is what a velocity in front of the servo does in one sample
-    std::array<std::array<Scalar, 7>, 3> product{};
+    std::array<std::array<Scalar, 7>, 3> product;
     EHSID_UNROLL
     for (int j = 0; j < kStates; ++j) {
-      product[0][static_cast<std::size_t>(j)] = covariance(0, j);
+      const auto column = static_cast<std::size_t>(j);
+      product[0][column] = covariance(0, j);
+      product[1][column] = Scalar(0);
+      product[2][column] = Scalar(0);
     }
-    for (std::size_t i = 0; i < 3; ++i) {  // not unrolled: its code is long
+    for (std::size_t i = 0; i < 3; ++i) {  // not unrolled, nor is the next one: their code is long
       EHSID_UNROLL
       for (int j = 0; j < kStates; ++j) {
         Scalar sum = product[i][static_cast<std::size_t>(j)];
@@ -178,22 +181,19 @@ class ServoFilter {
     const Scalar size = state_.disturbance * state_.gain;
     const Scalar shifted = command - state_.bias;
     const Scalar q = size * size * Scalar(0.5) * (shifted * shifted + tuning.command);
-    EHSID_UNROLL
-    for (int i = 0; i < 3; ++i) {
-      const auto row = static_cast<std::size_t>(i);
-      EHSID_UNROLL
-      for (int j = i; j < 3; ++j) {
-        const auto column = static_cast<std::size_t>(j);
-        Scalar sum = g[row] * g[column] * q + (j == 0 ? product[row][0] : Scalar(0));
+    Scalar* entry = state_.covariance.data();
+    for (std::size_t i = 0; i < 3; ++i) {
+      for (std::size_t j = i; j < 3; ++j) {
+        Scalar sum = g[i] * g[j] * q + (j == 0 ? product[i][0] : Scalar(0));
         EHSID_UNROLL
         for (std::size_t l = 1; l < 7; ++l) {
-          sum += product[row][l] * f[column][l - 1];
+          sum += product[i][l] * f[j][l - 1];
         }
-        covariance(i, j) = sum;
+        *entry++ = sum;
       }
       EHSID_UNROLL
-      for (int j = 3; j < kStates; ++j) {
-        covariance(i, j) = product[row][static_cast<std::size_t>(j)];
+      for (std::size_t j = 3; j < 7; ++j) {
+        *entry++ = product[i][j];
       }
     }
     let_drift(tuning);
@@ -276,14 +276,20 @@ class ServoFilter {
   bool started() const { return state_.rate != Scalar(0); }
 
   /// Whether every number of the state is finite.
-  bool finite() const {
-    bool good = is_finite(state_.position) && is_finite(state_.velocity) &&
-                is_finite(state_.acceleration) && is_finite(state_.gain) &&
-                state_.gain > Scalar(0) && is_finite(state_.bias) && is_finite(state_.likelihood);
-    for (const Scalar entry : state_.covariance) {
-      good = is_finite(entry) && good;
+  EHSID_ONCE bool finite() const {
+    // The exponent of a number that is not finite is all ones: one more of it carries into the sign.
+    using Finite = Bits<Scalar>;
+    const auto carry = [](Scalar value) {
+      return (bits_of(value) & Finite::kExponent) + Finite::kLeastNormal;
+    };
+    auto carries = carry(state_.position) | carry(state_.velocity) | carry(state_.acceleration) |
+                   carry(state_.gain) | carry(state_.bias) | carry(state_.likelihood);
+    static_assert(kStates * (kStates + 1) / 2 % 4 == 0, "four at a time");
+    const Scalar* const end = state_.covariance.data() + state_.covariance.size();
+    for (const Scalar* at = state_.covariance.data(); at != end; at += 4) {
+      carries |= carry(at[0]) | carry(at[1]) | carry(at[2]) | carry(at[3]);
     }
-    return good;
+    return carries <= Finite::kExponent && state_.gain > Scalar(0);
   }
 
  private:

@@ -52,12 +52,12 @@ struct ServoTransition {
 
 /// The servo with rate h = omega_n dt in (0, 20] and damping ratio xi in (0, 5] over one period.
 template <class Scalar>
-ServoTransition<Scalar> servo_transition(Scalar rate, Scalar damping) {
+EHSID_ALWAYS_INLINE inline ServoTransition<Scalar> servo_transition(Scalar rate, Scalar damping) {
   using Number = Sensitive<Scalar>;
   const Scalar v_value = Scalar(2) * damping * rate;
   const Scalar y_value = rate * rate;
-  const Number v{v_value, Scalar(1), Scalar(0)};
-  const Number y{y_value, Scalar(0), Scalar(1)};
+  const MultipleOfV<Scalar> v{v_value, Scalar(1)};
+  const MultipleOfY<Scalar> y{y_value, Scalar(1)};
   int doublings = 0;
   Scalar tau = Scalar(1);
   while (doublings < detail::kServoMaxDoublings &&
@@ -65,7 +65,9 @@ ServoTransition<Scalar> servo_transition(Scalar rate, Scalar damping) {
     tau *= Scalar(0.5);
     ++doublings;
   }
-  const auto step = detail::short_servo_step(tau * v, tau * tau * y);
+  const auto step =
+      detail::short_servo_step(MultipleOfV<Scalar>{tau * v_value, tau},
+                               MultipleOfY<Scalar>{tau * tau * y_value, tau * tau});
   Number e = tau * step.e;
   Number w = step.w;
   Number s = tau * step.s;
