@@ -92,8 +92,10 @@ class ServoFilter {
   const ServoTransition<Scalar>& transition() const { return transition_; }
 
   /// P_ij, also of the parameters: 3 is ln K, 4 ln omega_n, 5 ln xi, 6 the bias.
-  Scalar& covariance(int i, int j) { return state_.covariance[place(i, j)]; }
-  Scalar covariance(int i, int j) const { return state_.covariance[place(i, j)]; }
+  EHSID_ALWAYS_INLINE Scalar& covariance(int i, int j) { return state_.covariance[place(i, j)]; }
+  EHSID_ALWAYS_INLINE Scalar covariance(int i, int j) const {
+    return state_.covariance[place(i, j)];
+  }
 
   /// Starts at rest. deviations: of ln K, ln omega_n, ln xi and of the bias.
   EHSID_RARE void start(Scalar gain, Scalar rate, Scalar damping,
@@ -170,9 +172,12 @@ class ServoFilter {
       EHSID_UNROLL
       for (int j = 0; j < kStates; ++j) {
         Scalar sum = product[i][static_cast<std::size_t>(j)];
+        int at = j;  // P_lj, down the column to the diagonal and then along the row
         EHSID_UNROLL
         for (int l = 1; l < kStates; ++l) {
-          sum += f[i][static_cast<std::size_t>(l - 1)] * covariance(l, j);
+          at += l <= j ? kStates - l : 1;
+          sum += f[i][static_cast<std::size_t>(l - 1)] *
+                 state_.covariance[static_cast<std::size_t>(at)];
         }
         product[i][static_cast<std::size_t>(j)] = sum;
       }
@@ -239,20 +244,21 @@ class ServoFilter {
     state_.bias += gain[6] * normalised;
     state_.rate = between(state_.rate, kLeastRate, kMostRate);
     state_.damping = between(state_.damping, kLeastDamping, kMostDamping);
+    Scalar* entry = state_.covariance.data();
     EHSID_UNROLL
-    for (int i = 0; i < kStates; ++i) {
+    for (std::size_t i = 0; i < gain.size(); ++i) {
       EHSID_UNROLL
-      for (int j = i; j < kStates; ++j) {
-        covariance(i, j) -= gain[static_cast<std::size_t>(i)] * gain[static_cast<std::size_t>(j)];
+      for (std::size_t j = i; j < gain.size(); ++j) {
+        *entry++ -= gain[i] * gain[j];
       }
     }
     if (tuning.hold_servo) {
       hold(held, gain);
     }
     for (int i = 0, at = 0; i < kStates; at += kStates - i, ++i) {  // along the diagonal
-      Scalar& entry = state_.covariance[static_cast<std::size_t>(at)];
-      if (!(entry > Scalar(0))) {
-        entry = Scalar(1e-12) * (i < 3 ? state_.noise : Scalar(1));
+      Scalar& variance_i = state_.covariance[static_cast<std::size_t>(at)];
+      if (!(variance_i > Scalar(0))) {
+        variance_i = Scalar(1e-12) * (i < 3 ? state_.noise : Scalar(1));
       }
     }
     tune(bounded(normalised, Scalar(3)), state_.noise / variance, tuning);
@@ -293,10 +299,10 @@ class ServoFilter {
   }
 
  private:
-  static constexpr std::size_t place(int i, int j) {
+  EHSID_ALWAYS_INLINE static constexpr std::size_t place(int i, int j) {
     const int row = i < j ? i : j;
     const int column = i < j ? j : i;
-    return static_cast<std::size_t>(row * kStates - row * (row - 1) / 2 + column - row);
+    return static_cast<std::size_t>(row * (2 * kStates - 1 - row) / 2 + column);
   }
   static Scalar least(Scalar a, Scalar b) { return a < b ? a : b; }
   static Scalar between(Scalar x, Scalar low, Scalar high) {

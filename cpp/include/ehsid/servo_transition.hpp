@@ -65,9 +65,8 @@ EHSID_ALWAYS_INLINE inline ServoTransition<Scalar> servo_transition(Scalar rate,
     tau *= Scalar(0.5);
     ++doublings;
   }
-  const auto step =
-      detail::short_servo_step(MultipleOfV<Scalar>{tau * v_value, tau},
-                               MultipleOfY<Scalar>{tau * tau * y_value, tau * tau});
+  const auto step = detail::short_servo_step(MultipleOfV<Scalar>{tau * v_value, tau},
+                                             MultipleOfY<Scalar>{tau * tau * y_value, tau * tau});
   Number e = tau * step.e;
   Number w = step.w;
   Number s = tau * step.s;
