@@ -83,7 +83,7 @@ def held_out_run(record: Record, rig: Rig) -> tuple[HeldOutRun, HowFar]:
     runs = [{name: shown.outputs[name][i] for name in OUTPUTS} for i in range(3)]
     sums = [window_sums([compared], [run], OUTPUTS) for run in runs]
     floors = {name: noise_floor(record.column(name)) for name in OUTPUTS}
-    far = gap_reduction(*sums, floors, np.random.default_rng(0))
+    far = gap_reduction(*sums, floors, seed=0)
     assert record.time_s is not None
     run = HeldOutRun(
         record.name,

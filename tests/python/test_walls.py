@@ -161,7 +161,7 @@ GUESTS: dict[str, set[str]] = {
 }
 ROOMS = PRODUCT | GUESTS
 # Of the diagnosis: what comes out, as data and as a file, and the numbers that decide.
-TABLES = {"deciding.py", "diagnosis_file.py", "options.py", "schema.py", "thresholds.py"}
+TABLES = {"deciding.py", "diagnosis_file.py", "options.py", "schema.py"}
 FOR_ALL = ("base", "catalogue")
 # They hold rooms and nothing else, and the package itself.
 HALLS = {"harness", "models", "signals", "ehsid"}

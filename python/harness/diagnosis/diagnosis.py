@@ -16,6 +16,7 @@ from ..catalogue.keys import ParameterKey
 from ..records import Record
 from ..rigs import Rig
 from ..rigs.table_words import table_subsystem
+from .data.bootstrap import BOOTSTRAP_SEED
 from .data.gate import gate, usable_part
 from .data.regimes import Regimes, visited
 from .deciding import EFFECT, FIT_TOGETHER, WORSE_HELD_OUT
@@ -30,10 +31,12 @@ from .laws.choosing import LawsFound, missing_laws
 from .laws.equation_shares import equation_shares
 from .laws.words import sentence
 from .model.case import Case, make_case
+from .model.comparison import BLOCK_S
 from .next.next_experiment import next_experiment
 from .options import DEFAULTS, DiagnosisOptions
 from .pace import Pace
 from .schema import (
+    SKIP_S,
     CalibratedValue,
     CannotJudge,
     Diagnosis,
@@ -51,7 +54,10 @@ from .search.identifiability import effects_hardly_shown, unidentifiable_effects
 from .search.localisation import localise
 from .search.quantised import QUANTISATION, position_step
 from .search.search import Look, SearchResult, candidate_effects, search
-from .thresholds import BLOCK_S, BOOTSTRAP_SEED, LARGEST_PROBABILITY, SKIP_S
+
+# Probability of an effect that the record itself shows. In three of a hundred cases the cause is
+# one that nobody thought of.
+LARGEST_PROBABILITY = 0.97
 
 FITTED_TOGETHER = (
     "The records that are held out excite what the others do not: fitted apart from them nothing "

@@ -15,6 +15,11 @@ from ..records import Record
 from ..rigs import Rig
 from ..rigs.table_law import TableLaw
 
+# Length of a simulation window, s, and the time that is skipped at the start of a record, s. The
+# contract of the diagnosis file fixes both.
+WINDOW_S = 0.5
+SKIP_S = 0.3
+
 Verdict = Literal[
     "no_gap", "parameters", "effects", "ambiguous", "outside_catalogue", "insufficient_data"
 ]
@@ -25,6 +30,8 @@ Stage = Literal[
     "values", "alone", "at length", "together", "deciding", "laws", "where", "experiment"
 ]
 SUBSYSTEMS = ("valve", "hydraulics", "mechanics", "sensor", "timing")
+# A subsystem with a quarter of the gap takes part in it.
+SUBSYSTEM_TAKES_PART = 0.25
 
 
 @dataclass(frozen=True)
@@ -275,7 +282,7 @@ class Candidate:
     standing
         what the decision made of the set.
     left, small, probability
-        as in `inference.posterior.Hypothesis`; None for a set that the decision did not weigh,
+        as in `decision.posterior.Hypothesis`; None for a set that the decision did not weigh,
         because one of its effects is too small or it got a short fit only.
     """
 

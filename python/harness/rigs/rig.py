@@ -22,6 +22,10 @@ from ..records import ColumnMap
 from .errors import RigError
 from .table_law import TableLaw
 
+# A value of the machine is within this many of its stated standard deviations: a fit moves it by no
+# more.
+MOST_SIGMAS = 4.0
+
 PlantName = Literal["ehs", "axis", "linear"]
 
 

@@ -39,7 +39,7 @@ class Constant:
     Attributes
     ----------
     name
-        its name in `gap.deciding`, in small letters.
+        its name in `diagnosis.deciding`, in small letters.
     in_use, fitted, error
         value in use, fitted value and standard error of the latter.
     deviation

@@ -9,12 +9,13 @@ import math
 from ehsid.harness.catalogue.keys import ParameterKey
 from ehsid.harness.catalogue.parameters import effects
 from ehsid.harness.diagnosis.deciding import NEAR_FLOOR
+from ehsid.harness.diagnosis.decision.caveats import MUCH_REMOVED, WORSE_CALIBRATED
+from ehsid.harness.diagnosis.decision.effect_selection import OPEN
 from ehsid.harness.diagnosis.decision.verdict import agrees_as_configured, is_gained
 from ehsid.harness.diagnosis.decision.words import in_words
 from ehsid.harness.diagnosis.diagnosis_file import Candidate, DiagnosisFile, known
 from ehsid.harness.diagnosis.search.families import effect_families
 from ehsid.harness.diagnosis.search.quantised import QUANTISATION
-from ehsid.harness.diagnosis.thresholds import MUCH_REMOVED, OPEN, WORSE_CALIBRATED
 
 CHOSEN = ("named", "sufficient")
 IN_THE_SET = (*CHOSEN, "equivalent")

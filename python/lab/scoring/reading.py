@@ -37,8 +37,8 @@ class NamedEffect:
 class Candidate:
     """A set in `which.candidates`; score and costs in nats, None where the file lacks a cost.
 
-    `left` and `small` are those of `inference.posterior.Hypothesis`, `probability` is that of the
-    set; None where the decision did not weigh the set.
+    `left` and `small` are those of `decision.posterior.Hypothesis`, `probability` that of the set;
+    None where the decision did not weigh the set.
     """
 
     effects: tuple[str, ...]

@@ -11,12 +11,17 @@ import numpy as np
 import numpy.typing as npt
 
 from ...base.arrays import FloatArray
-from ..thresholds import BOOTSTRAP_DRAWS, SHRINKAGE_LEVEL
+
+# Confidence intervals of the shrinkage. The contract fixes their level; the number of bootstrap
+# draws gives the ends a second digit.
+SHRINKAGE_LEVEL = 0.9
+BOOTSTRAP_DRAWS = 500
+BOOTSTRAP_SEED = 20261121
 
 
-def drawn_windows(windows: int, rng: np.random.Generator) -> npt.NDArray[np.int64]:
+def drawn_windows(windows: int, seed: int = BOOTSTRAP_SEED) -> npt.NDArray[np.int64]:
     """Returns the numbers of the windows in each draw, shape (BOOTSTRAP_DRAWS, windows)."""
-    return rng.integers(windows, size=(BOOTSTRAP_DRAWS, windows))
+    return np.random.default_rng(seed).integers(windows, size=(BOOTSTRAP_DRAWS, windows))
 
 
 def interval(draws: FloatArray) -> tuple[float, float]:

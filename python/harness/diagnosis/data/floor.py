@@ -12,9 +12,18 @@ import numpy.typing as npt
 
 from ...base.arrays import FloatArray
 from ...records import Record
-from ..thresholds import LEAST_FLOOR, MOTION_SEEN, REST_WINDOWS
 from .repeats import repeat_errors
 from .rest import rest_errors
+
+# Smallest number of windows of half a second that give a noise floor. With 20 independent errors
+# per second, four windows give it two significant digits.
+REST_WINDOWS = 4
+# For white noise, the medians over twenty blocks of the differences of orders 7 and 9 agree within
+# some 5 %. A disagreement of four times that is not white noise.
+MOTION_SEEN = 0.2
+# No sensor resolves a millionth of the variation that it shows. What is smaller comes from the
+# digits of the file.
+LEAST_FLOOR = 1e-6
 
 # Order of the differences. They leave (2 sin(w dt / 2))^7 / sqrt(C(14, 7)) of the amplitude of a
 # motion of w rad/s: 6e-5 for an oil spring of 70 Hz at 1 kHz, where third differences leave 2 %.

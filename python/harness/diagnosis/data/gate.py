@@ -10,14 +10,17 @@ import numpy as np
 from ...catalogue.channels import CHANNELS, COMMAND, POSITION
 from ...records import Record
 from ...rigs import Rig
-from ..schema import Remark
-from ..thresholds import FLOORS_DIFFER, WINDOW_S
+from ..schema import WINDOW_S, Remark
 from .gate_channels import check_constant, check_saturated, check_spikes
 from .gate_clock import check_clock, check_length, check_sampling
 from .gate_ranges import check_command, check_position, check_pressures
 from .gate_signs import check_directions, check_ports
 from .gate_supply import powered_part
 from .sensor_floor import sensor_floor
+
+# The noise of one sensor differs by a tenth between records. A factor of three means that something
+# was changed.
+FLOORS_DIFFER = 3.0
 
 # The remarks are read in this order: a constant channel, for example, does not show any signs.
 _CHECKS: tuple[Callable[[Record, Rig], list[Remark]], ...] = (

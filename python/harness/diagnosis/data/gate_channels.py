@@ -12,17 +12,25 @@ from ...catalogue.channels import CHANNELS, COMMAND, POSITION
 from ...records import Record
 from ...rigs import Rig
 from ..schema import Remark
-from ..thresholds import (
-    CLIPPED_RUNS,
-    CLIPPED_SAMPLES,
-    FROZEN_S,
-    FROZEN_STEP,
-    MOVES,
-    SPIKE_ALONE,
-    SPIKE_MATTERS,
-    SPIKE_SIZE,
-)
 from .sensor_floor import sensor_floor
+
+# Motion is compared in windows. If the rms of the position is below this many times its noise,
+# there is no motion to compare.
+MOVES = 10.0
+# A sensor froze if it shows one value for longer than any window of a filter and then jumps by ten
+# times the usual step.
+FROZEN_S = 0.05
+FROZEN_STEP = 10.0
+# A sensor is saturated if it shows five equal extremes in a row, reached in motion, three times.
+CLIPPED_SAMPLES = 5
+CLIPPED_RUNS = 3
+# A spike is farther from the cubic through its neighbours than six times the distance within which
+# 95 % of the samples are (for white noise this is 16 deviations). A swing of the oil would have
+# others of a third of its size nearby; a spike has none. Below a thousandth of the standard
+# deviation of the channel, a spike changes no result.
+SPIKE_SIZE = 6.0
+SPIKE_MATTERS = 1e-3
+SPIKE_ALONE = 0.3
 
 NEEDED = (COMMAND, POSITION)
 

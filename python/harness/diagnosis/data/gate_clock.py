@@ -9,17 +9,20 @@ from ...catalogue.channels import CHANNELS
 from ...records import Record
 from ...records.gaps import mend_of_gaps, pieces_in_words
 from ...rigs import Rig
-from ..schema import Remark
-from ..thresholds import (
-    CLOCK_DRIFT,
-    JITTER_SHOWS,
-    LEAST_WINDOWS,
-    SAMPLES_A_PERIOD,
-    SKIP_S,
-    WINDOW_S,
-)
+from ..schema import SKIP_S, WINDOW_S, Remark
 from .floor import LEAST_SAMPLES, shows_motion
 from .oil_spring import oil_spring_hz
+
+# Jitter, as a share of the sampling time: a tenth of what the reader of records refuses. A sine of
+# 10 Hz at 1 kHz is then wrong by 6e-5 of its amplitude.
+JITTER_SHOWS = 1e-3
+# A quartz clock keeps its rate to 1e-4. A sampling time that changes by more was not made by one.
+CLOCK_DRIFT = 2e-4
+# Smallest number of windows in a record: two to fit and two to hold out.
+LEAST_WINDOWS = 4
+# With fewer than ten samples per period, the held command with its delay of half a sample hides a
+# lag.
+SAMPLES_A_PERIOD = 10
 
 # Number of parts of a record whose sampling times are compared.
 PARTS = 10

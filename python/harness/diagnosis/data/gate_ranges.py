@@ -13,24 +13,39 @@ from ...catalogue.channels import CHAMBER_PRESSURES, SUPPLY_PRESSURE
 from ...records import Record
 from ...records.pasting import how_to_read
 from ...rigs import Rig
+from ...rigs.rig import MOST_SIGMAS
 from ..schema import Remark
-from ..thresholds import (
-    AT_END,
-    AT_END_ALL,
-    BEYOND,
-    BEYOND_SHARE,
-    COMMAND_BEYOND,
-    COMMAND_UNIT,
-    END_ZONE,
-    LIMIT_SHARE,
-    PRESSURE_UNIT,
-    SPEED_FITS,
-    SPEED_OVER_S,
-    STROKE_BEYOND,
-    SUPPLY_SIGMAS,
-    VACUUM_FLOORS,
-)
 from .floor import noise_floor
+
+# Within a hundredth of the stroke from an end, the rod counts as at that end. A mean shows a
+# twentieth of the time spent there; with half of the time there, the record cannot be used.
+END_ZONE = 0.01
+AT_END = 0.05
+AT_END_ALL = 0.5
+# Positions beyond the stroke: by a hundredth it is the zero error of a sensor, by a tenth it is
+# another machine or another unit.
+BEYOND = 0.01
+STROKE_BEYOND = 0.1
+# Speeds fit a unit of length within a factor of three, which load, friction and a rough rated flow
+# take; neighbouring units differ by ten. They are taken over a time in which noise hardly counts.
+SPEED_FITS = 3.0
+SPEED_OVER_S = 0.05
+# Commands beyond the rated command: by a hundredth it is the zero error of the amplifier; three
+# times the rated command is another unit. LIMIT_SHARE is the share of the time at the limit that
+# the gate reports.
+COMMAND_BEYOND = 0.01
+COMMAND_UNIT = 3.0
+LIMIT_SHARE = 0.2
+# Pressures that never reach a hundredth of the supply pressure are in another unit. In kPa, the
+# closest one, and in psi the numbers are a thousandth and less of those in Pa. The tank pressure
+# alone is more than a hundredth.
+PRESSURE_UNIT = 0.01
+# Absolute pressures below zero by this many noise floors are not noise: white noise of 400,000
+# samples stays within five standard deviations.
+VACUUM_FLOORS = 6.0
+# Share of the time for which a chamber pressure may exceed what the supply can give: water hammer
+# is over in a hundredth of the time.
+BEYOND_SHARE = 0.01
 
 # Units that logs use, each with its size in the unit of the schema.
 LENGTHS = MappingProxyType({"cm": 1e-2, "mm": 1e-3, "um": 1e-6})
@@ -182,7 +197,7 @@ def check_pressures(record: Record, rig: Rig) -> list[Remark]:
         return remarks
     measured = float(np.median(record.column(SUPPLY_PRESSURE)))
     deviation = measured / supply - 1.0
-    if abs(deviation) > SUPPLY_SIGMAS * rig.sigma("supply.pressure_pa"):
+    if abs(deviation) > MOST_SIGMAS * rig.sigma("supply.pressure_pa"):
         remarks.append(
             Remark(
                 record.name,
@@ -233,9 +248,7 @@ def _pressure(record: Record, rig: Rig, name: str, supply: float) -> list[Remark
     bore, rod = rig.values["cylinder.bore_m"], rig.values["cylinder.rod_m"]
     largest_possible = supply * (1.0 if name != "pressure_b_pa" else bore**2 / (bore**2 - rod**2))
     time_above = float(
-        np.mean(
-            pressure > (1.0 + SUPPLY_SIGMAS * rig.sigma("supply.pressure_pa")) * largest_possible
-        )
+        np.mean(pressure > (1.0 + MOST_SIGMAS * rig.sigma("supply.pressure_pa")) * largest_possible)
     )
     if time_above > BEYOND_SHARE and name in CHAMBER_PRESSURES:
         remarks.append(

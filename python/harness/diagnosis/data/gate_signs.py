@@ -14,15 +14,22 @@ from ...records import Record
 from ...records.pasting import how_to_exchange
 from ...rigs import Rig
 from ..schema import Remark
-from ..thresholds import (
-    EXCHANGED,
-    FORCE_SMOOTHED_S,
-    OPPOSITE,
-    PORTS_BLOCKS,
-    PORTS_DEVIATIONS,
-    SPRING_HIDES_NOISE,
-)
 from .oil_spring import oil_spring_hz
+from .sensor_floor import SPRING_HIDES_NOISE
+
+# With a correlation of command and speed below minus this value, the signs are certainly opposite.
+# Oil springs and limit cycles turn the phase, but on the whole by less than half a turn.
+OPPOSITE = 0.3
+# The position is smoothed over this time for the force balance; an oil spring of 20 Hz is kept.
+FORCE_SMOOTHED_S = 0.02
+# The chamber pressures may be exchanged if the exchange leaves less than this share of the force
+# that the columns as named leave unexplained.
+EXCHANGED = 0.3
+# A sign is certain where the value is this many of its standard deviations: because a refusal must
+# be certain, a false one may occur in some ten thousand records only. The deviations come from this
+# many blocks of a record.
+PORTS_DEVIATIONS = 4.0
+PORTS_BLOCKS = 10
 
 
 def _slopes(record: Record, order: int) -> FloatArray:

@@ -19,21 +19,30 @@ from ...catalogue.channels import CHAMBER_PRESSURES, SUPPLY_PRESSURE
 from ...records import Record
 from ...rigs import Rig
 from ..schema import Remark
-from ..thresholds import (
-    FOLLOWS,
-    PRESSURE_UNIT,
-    STALL_OPENING,
-    STALL_S,
-    STALL_SPEED,
-    STANDS,
-    SUPPLY_AGAIN,
-    SUPPLY_LOW,
-    SUPPLY_LOW_S,
-    SUPPLY_OFF,
-    SUPPLY_SETTLED_S,
-    SUPPLY_SMOOTHED_S,
-    WIDE_OPENING,
-)
+from .gate_ranges import PRESSURE_UNIT
+
+# The supply is down below this share of its pressure for this time, and up again from SUPPLY_AGAIN
+# on. A droop under flow leaves more: with a source that loses 35 % at full flow, 65 % remain. A
+# supply that never reaches a quarter of what the rig says is that of a pump which is off.
+SUPPLY_LOW = 0.6
+SUPPLY_LOW_S = 0.2
+SUPPLY_AGAIN = 0.9
+SUPPLY_OFF = 0.25
+# The signals are smoothed over this time: below it, compression of the oil also makes pressures.
+SUPPLY_SMOOTHED_S = 0.05
+# Without its sensor, the end of a span is known up to the time in which a pump comes up, s.
+SUPPLY_SETTLED_S = 0.5
+# A rod stands below this share of the full speed. It does not follow a valve that is opened by more
+# than STALL_OPENING if it has less than this share of the speed of that opening, for so long that
+# it would have gone as far as at full speed in STALL_S. A dead band holds it shorter.
+STANDS = 0.02
+STALL_OPENING = 0.05
+STALL_SPEED = 0.2
+STALL_S = 0.06
+# Share of the time for which the rod follows such openings elsewhere.
+FOLLOWS = 0.9
+# Through an opening above this, flows of the valve are large beside any leakage.
+WIDE_OPENING = 0.25
 
 Mask = npt.NDArray[np.bool_]
 

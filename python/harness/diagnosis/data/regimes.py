@@ -11,8 +11,17 @@ from ...base.arrays import FloatArray
 from ...records import Record
 from ...rigs import Rig
 from ...signals.simulation import command_limit, measured_states
-from ..thresholds import NEAR_NULL, REST_S, REST_WIDTH, SLOW_SHARE
 from .sensor_floor import sensor_floor
+
+# The command is near null below this share of the rated command. There overlap, leakage and null
+# bias act; the value is a few times the overlap of a servo valve.
+NEAR_NULL = 0.05
+# The command rests while it stays within this share of the rated command for this time: steps that
+# are held, and ramps of half the rated command a second. There a spool sticks.
+REST_WIDTH = 0.05
+REST_S = 0.1
+# Motion is slow below this share of the largest speed. There viscous forces do not hide friction.
+SLOW_SHARE = 0.05
 
 
 @dataclass(frozen=True)

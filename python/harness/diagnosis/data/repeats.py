@@ -14,7 +14,18 @@ import numpy.typing as npt
 
 from ...base.arrays import FloatArray
 from ...records import Record
-from ..thresholds import REPEAT_DRIFT, REPEAT_DRIFT_EVEN, REPEAT_SETTLED_S, WINDOW_S
+from ..schema import WINDOW_S
+
+# The response of a servo no longer depends on its past after a few periods of its oil spring; a
+# valve settles sooner.
+REPEAT_SETTLED_S = 0.5
+# Between two repeats the rod may move away by this share of its range within one repeat. The
+# volumes, and with them the oil spring, then differ by less than that share, and the response by
+# less than half of it.
+REPEAT_DRIFT = 0.02
+# The same where three repeats are combined so that an even drift cancels. A drift of half of the
+# range leaves less than its square.
+REPEAT_DRIFT_EVEN = 0.5
 
 # Length of the pieces of command (words) that are searched for. A word of this length with several
 # different values does not repeat by chance.

@@ -7,7 +7,12 @@ import numpy as np
 
 from ...base.arrays import FloatArray
 from ...records import Record
-from ..thresholds import REST_COMMAND, REST_SPEED, WINDOW_S
+from ..schema import WINDOW_S
+
+# Limits of a rest. A command that stays within a two-hundredth of its range moves the rod by less
+# than friction holds. A hundredth of the largest speed is creep, which is nearly a straight line.
+REST_COMMAND = 0.005
+REST_SPEED = 0.01
 
 
 def rest_windows(record: Record) -> list[slice]:

@@ -8,17 +8,22 @@ import numpy as np
 from ...catalogue.channels import CHAMBER_PRESSURES, CHANNELS
 from ...records import Record
 from ...rigs import Rig
-from ..thresholds import (
-    DESIGN_PRESSURE_NOISE,
-    NOISE_OF_RANGE,
-    NOISE_OF_STROKE,
-    REST_WINDOWS,
-    SPRING_HIDES_NOISE,
-)
-from .floor import NoiseFloor, floor_of
+from .floor import REST_WINDOWS, NoiseFloor, floor_of
 from .oil_spring import oil_spring_hz
 from .repeats import repeat_errors
 from .rest import rest_errors
+
+# With fewer than four samples in a period of the oil spring, neighbouring samples differ by motion
+# as much as by noise, and differences of any order show both.
+SPRING_HIDES_NOISE = 0.25
+# Noise of usual sensors, where motion hides it and the rig file does not tell it: of a position
+# sensor, share of the stroke; of others, share of the range in the record. For pressures see
+# DESIGN_PRESSURE_NOISE.
+NOISE_OF_STROKE = 5e-5
+NOISE_OF_RANGE = 1e-3
+# Assumed noise of a pressure sensor that is not installed yet, share of the supply pressure. A
+# thousandth of its range is usual.
+DESIGN_PRESSURE_NOISE = 1e-3
 
 
 def sensor_floor(record: Record, name: str, rig: Rig) -> NoiseFloor:

@@ -21,7 +21,7 @@ from ..deciding import (
 
 @dataclass(frozen=True)
 class Constants:
-    """Constants of the equations of `posterior`; `gap.deciding` has the reasons.
+    """Constants of the equations of `posterior`; `deciding` has the reasons.
 
     Attributes
     ----------

@@ -9,9 +9,13 @@ from ..model.case import Case
 from ..search.candidates import FittedCandidate
 from ..search.families import effect_families
 from ..search.search import SearchResult
-from ..thresholds import OPEN, TOLD
 from .decision import Answer, least_loss
 from .posterior import Hypothesis, Posterior, posterior
+
+# A cause is called open where all other answers together are as probable as one in five. An answer
+# is told from one in ten on.
+OPEN = 0.2
+TOLD = 0.1
 
 
 @dataclass(frozen=True, eq=False)

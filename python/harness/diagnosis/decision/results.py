@@ -21,10 +21,16 @@ from ..search.gap_reduction import explained_share, gap_reduction, window_sums
 from ..search.intervals import candidate_deviations, in_deviations, interval
 from ..search.likelihood_gain import likelihood_gain
 from ..search.search import SearchResult
-from ..thresholds import BOOTSTRAP_SEED, MODEL_ERROR, MODEL_ERROR_POSITION
 from .between_machines import reduction_between_machines, size_between_machines
 from .effect_selection import Selection
 from .standing import standing
+
+# Relative error in the size of an effect, made by a simulator with other metering edges, seals and
+# oil although it reaches the floor: with measured pressures, and with the position alone. On
+# development records of an independent generator, nine intervals in ten held the truth with these
+# values, five in ten without.
+MODEL_ERROR = 0.015
+MODEL_ERROR_POSITION = 0.025
 
 
 def held_out_results(
@@ -43,9 +49,7 @@ def held_out_results(
     ]
     records = problems[0].records
     sums = [window_sums(records, simulated, case.outputs) for simulated in simulations]
-    reduction = gap_reduction(
-        sums[0], sums[1], sums[2], case.floors, np.random.default_rng(BOOTSTRAP_SEED)
-    )
+    reduction = gap_reduction(sums[0], sums[1], sums[2], case.floors)
     if best.effects or best.laws:
         reduction = reduction_between_machines(reduction, case.pressures)
     runs = []

@@ -12,9 +12,8 @@ from ..schema import CalibratedValue, CannotJudge, Estimate, HowFar, Verdict
 from ..search.bounds import AtBound, values_at_bounds
 from ..search.candidates import FittedCandidate
 from ..search.search import SearchResult
-from ..thresholds import TOLD
 from .caveats import caveats
-from .effect_selection import Selection
+from .effect_selection import TOLD, Selection
 from .evidence import left
 from .words import chance, in_words, percent
 

@@ -8,9 +8,8 @@ from collections.abc import Mapping, Sequence
 
 from ...base.parallel import Progress, part_of
 from ..model.case import Case
-from ..schema import EquationShare
+from ..schema import SUBSYSTEM_TAKES_PART, EquationShare
 from ..search.candidates import FittedCandidate
-from ..thresholds import SUBSYSTEM_TAKES_PART
 from .equation_terms import SUBSYSTEM, EquationTerms, equation_terms
 from .unknown_inputs import unknown_input
 

@@ -17,19 +17,22 @@ from ...records import Record
 from ...rigs import Rig
 from ..data.floor import NoiseFloor
 from ..data.sensor_floor import sensor_floor
-from ..thresholds import (
-    LEAST_WINDOW_SAMPLES,
-    MOSTLY_SWINGS,
-    SUBSTEPS,
-    SWING_HZ,
-    WINDOW_S,
-    WINDOW_SWINGING_S,
-)
+from ..schema import WINDOW_S
 from .comparison import Blocks, Compared, compare, varying_outputs
+from .fit import SUBSTEPS
 from .law import Law
 from .machine import effect_starts
 from .parameters import Parameter, calibration_parameters, effect_parameters
 from .problem import Problem
+
+# A record is a limit cycle where more than the share MOSTLY_SWINGS of the power of its pressure
+# (without pressures: of its speed) lies above SWING_HZ, which commands do not reach. It is compared
+# in windows of a few periods.
+SWING_HZ = 25.0
+MOSTLY_SWINGS = 0.7
+WINDOW_SWINGING_S = 0.1
+# With fewer samples in a window, nothing is left after its mean is subtracted.
+LEAST_WINDOW_SAMPLES = 10
 
 
 @dataclass(frozen=True, eq=False)

@@ -23,7 +23,12 @@ from ...signals.simulation.windows import (
     window_numbers,
 )
 from ..data.rounding import rounding_errors
-from ..thresholds import BLOCK_S, BLOCKS_TURN, SKIP_S, WINDOW_S
+from ..schema import SKIP_S, WINDOW_S
+
+# Where no record is held out, every third block of each record is held out. A block has four
+# windows, which is longer than the memory of a servo; two thirds of the record are left to fit.
+BLOCK_S = 2.0
+BLOCKS_TURN = 3
 
 Blocks = Literal["all", "fit", "held out"]
 

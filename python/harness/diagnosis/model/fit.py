@@ -18,6 +18,11 @@ from ...base.arrays import FloatArray
 from .linear import Linear
 from .problem import Problem, Step
 
+# Integration steps per sample in a fit. At 1 kHz, two resolve an oil spring of 100 Hz to 0.1 %.
+SUBSTEPS = 2
+# Iterations of a fit. After the calibration the cost is nearly a parabola.
+ITERATIONS = 12
+
 DAMPING = 1e-2
 DAMPING_DECREASE, DAMPING_INCREASE = 1.0 / 6.0, 8.0
 # Successful steps reduce the damping, down to 1e-9. From there it takes this many tries until the

@@ -12,14 +12,65 @@ from ehsid import EffectTerms
 from ...catalogue.keys import ParameterKey
 from ...catalogue.parameters import acts_on, effects, plant_parameters
 from ...rigs import Rig
-from ..thresholds import (
-    HELD,
-    LOGARITHMIC_NUISANCES,
-    MOST_SIGMAS,
-    NUISANCE_ENDS,
-    NUISANCE_SIGMA,
-    SEEN_BY_PRESSURES,
-    UNSEEN_CENTRE,
+from ...rigs.rig import MOST_SIGMAS
+
+# A fit does not move values that define others (the point of the rated flow) or that are measured
+# with a ruler. They keep the value in the rig file.
+HELD = (
+    "cylinder.bore_m",
+    "cylinder.rod_m",
+    "cylinder.stroke_m",
+    "valve.rated_pressure_drop_pa",
+    "valve.rated_command_v",
+    "supply.tank_pressure_pa",
+)
+# Prior standard deviation of each nuisance about its typical value: of its logarithm if it is one
+# of LOGARITHMIC_NUISANCES, else in its own unit. A few of these deviations reach the ends of the
+# range of a nuisance, so that a nuisance cannot hide an effect.
+NUISANCE_SIGMA = {
+    "nuisance.spool_bandwidth_hz": 0.4,
+    "nuisance.spool_damping": 0.2,
+    "nuisance.spool_slew_1_s": 1.2,
+    "nuisance.null_bias": 0.002,
+    "nuisance.edge_rounding": 0.7,
+    "nuisance.laminar_pressure_pa": 0.7,
+    "nuisance.presliding_m": 0.5,
+    "nuisance.sliding_onset_m_s": 2.0,
+    "nuisance.free_gas": 1.2,
+    "nuisance.bulk_slope": 5.0,
+    "nuisance.atmosphere": 0.5,
+    "nuisance.edge_overlap_sides": 0.005,
+    "nuisance.edge_overlap_tank": 0.005,
+    "nuisance.edge_gain_direction": 0.02,
+    "nuisance.edge_gain_sides": 0.02,
+    "nuisance.edge_gain_tank": 0.02,
+    "nuisance.flow_exponent": 0.02,
+}
+# Bounds of a nuisance where the bounds of the plant are too wide. A spool of 100 Hz with damping
+# 1.5 has a delay of 5 ms, and only an effect (a lag or a delay) should have that much. A spool of
+# 130 Hz with damping 1.1 has a delay of 2.7 ms.
+NUISANCE_ENDS = {
+    "nuisance.spool_bandwidth_hz": (130.0, 1000.0),
+    "nuisance.spool_damping": (0.5, 1.1),
+}
+# Without measured pressures these nuisances cannot be separated from a load force, which also makes
+# the speeds of the two directions unequal. They then keep their typical values.
+SEEN_BY_PRESSURES = (
+    "nuisance.edge_gain_direction",
+    "nuisance.edge_gain_sides",
+    "nuisance.edge_gain_tank",
+)
+# Prior centres where no pressure is measured. It is often not known whether the supply pressure in
+# the rig file is absolute or above the atmosphere; 0.5 is in the middle of both.
+UNSEEN_CENTRE = {"nuisance.atmosphere": 0.5}
+LOGARITHMIC_NUISANCES = (
+    "nuisance.spool_bandwidth_hz",
+    "nuisance.spool_slew_1_s",
+    "nuisance.edge_rounding",
+    "nuisance.laminar_pressure_pa",
+    "nuisance.presliding_m",
+    "nuisance.sliding_onset_m_s",
+    "nuisance.free_gas",
 )
 
 OF_HIDDEN_SPOOL = ("nuisance.spool_bandwidth_hz", "nuisance.spool_damping")

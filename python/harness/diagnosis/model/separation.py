@@ -16,12 +16,18 @@ from ...records import Record
 from ...rigs import Rig
 from ...signals.simulation import simulate
 from ..deciding import EVIDENCE
-from ..thresholds import DESIGN_ERROR, ITERATIONS, SEPARATED_NATS, SUBSTEPS
 from .comparison import Compared, compare
-from .fit import fit
+from .fit import ITERATIONS, SUBSTEPS, fit
 from .likelihood import OutputLikelihood
 from .parameters import Parameter, calibration_parameters, effect_parameters
 from .problem import Problem
+
+# Evidence for a name: odds of 150 to 1. A set is named in full where the odds are below ten to one,
+# so that half of this evidence would do.
+SEPARATED_NATS = 5.0
+# The best candidate must explain its own record: its errors of integration must stay below a
+# hundredth of the motion, or below the noise.
+DESIGN_ERROR = 0.01
 
 # A candidate: its effects, and its values of the plant by full name.
 CandidateModel = tuple[tuple[str, ...], Mapping[str, float]]

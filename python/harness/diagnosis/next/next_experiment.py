@@ -22,17 +22,20 @@ from ...rigs import Rig
 from ...signals.simulation import command_limit
 from ...signals.simulation.outputs import noise_sigma
 from ..data.floor import NoiseFloor
+from ..data.sensor_floor import DESIGN_PRESSURE_NOISE
+from ..model.fit import ITERATIONS
 from ..model.separation import CandidateModel, Separation, separations
 from ..schema import NextExperiment
-from ..thresholds import (
-    DESIGN_FINALISTS,
-    DESIGN_GAIN,
-    DESIGN_ITERATIONS,
-    DESIGN_POWER,
-    DESIGN_PRESSURE_NOISE,
-    ITERATIONS,
-)
 from .menu import MENU, Experiment, simulate_experiment
+
+# Iterations of a fit on each entry of the menu. The best entries are then fitted as in the
+# diagnosis.
+DESIGN_ITERATIONS = 4
+DESIGN_FINALISTS = 6
+# With a power of nineteen in twenty, no sensor needs to be bought.
+DESIGN_POWER = 0.95
+# A sensor that adds less than this to the power is not requested.
+DESIGN_GAIN = 0.1
 
 # Number of finalists that are fitted in parallel. The result depends on this number; therefore it
 # does not depend on the number of cores.

@@ -8,8 +8,10 @@ from dataclasses import dataclass
 
 from ...catalogue.keys import ParameterKey
 from ..model.case import Case
-from ..thresholds import AT_BOUND
 from .candidates import FittedCandidate
+
+# A fitted value is at an end of its range where less than a thousandth of the range is left.
+AT_BOUND = 1e-3
 
 
 @dataclass(frozen=True)

@@ -13,16 +13,17 @@ from ...base.arrays import FloatArray
 from ...base.plain_number import plain_number
 from ...rigs import Rig
 from ...signals.simulation import command_limit, measured_states
+from ..data.regimes import NEAR_NULL, SLOW_SHARE
 from ..model.comparison import Compared
 from ..model.machine import areas
-from ..thresholds import (
-    AFTER_TURN_S,
-    LOW_PRESSURE_PA,
-    NEAR_NULL,
-    SLOW_SHARE,
-    TURN_OF_COMMAND,
-    TURN_OF_ROD,
-)
+
+# Smallest reversals that count, share of the range of the signal, as in `regimes`. AFTER_TURN_S is
+# the time after a reversal in which a servo settles: some periods of its oil spring.
+TURN_OF_COMMAND = 0.05
+TURN_OF_ROD = 0.02
+AFTER_TURN_S = 0.1
+# Free gas and entrained air have an influence below some five atmospheres.
+LOW_PRESSURE_PA = 5e5
 
 BoolArray = npt.NDArray[np.bool_]
 

@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ...base.arrays import FloatArray
-from ..data.bootstrap import drawn_windows, interval
+from ..data.bootstrap import BOOTSTRAP_SEED, drawn_windows, interval
 from ..data.floor import NoiseFloor
 from ..model.comparison import Compared
 from ..schema import Estimate, HowFar
@@ -127,7 +127,7 @@ def gap_reduction(
     calibrated: WindowSums,
     augmented: WindowSums,
     floors: Mapping[str, NoiseFloor],
-    rng: np.random.Generator,
+    seed: int = BOOTSTRAP_SEED,
 ) -> HowFar:
     """Computes the gaps, their reduction and its intervals from the sums of three simulations.
 
@@ -150,7 +150,7 @@ def gap_reduction(
         explainable = np.nan if share is None else share
         return explainable, (configured - after) / configured if configured > 0.0 else 0.0
 
-    drawn = np.array([shares(windows) for windows in drawn_windows(window_count, rng)])
+    drawn = np.array([shares(windows) for windows in drawn_windows(window_count, seed)])
     of_explainable, from_nominal = shares(all_windows)
 
     def share(value: float, column: int) -> Estimate:

@@ -14,18 +14,34 @@ from ...catalogue.parameters import acts_on, names_of
 from ...catalogue.parameters import effects as catalogue
 from ..data.regimes import Regimes
 from ..schema import CannotJudge
-from ..thresholds import (
-    FAST_HZ,
-    HIGH_PRESSURE,
-    LARGE_COMMAND,
-    LEAST_REVERSALS,
-    LEAST_SECONDS,
-    LEAST_SHARE,
-    LEAST_TRAVEL,
-    LOW_PRESSURE,
-    PRESSURES_VARY,
-)
 from .candidates import FittedCandidate
+
+# Regimes that a record must visit before it can show or exclude an effect.
+# Flow saturation and supply droop bend the flow curve by the square of the command. At 30 % of the
+# rated command, a limit at full opening takes 3 % of the flow.
+LARGE_COMMAND = 0.3
+# Share of the time that gives a few independent errors. One window of half a second in twenty
+# seconds is a fortieth.
+LEAST_SHARE = 0.02
+# Friction and play show at reversals of the motion. One reversal may be an accident; two in each
+# direction are a pattern.
+LEAST_REVERSALS = 4
+# A lag of 2 ms turns the phase at this frequency by 2 degrees, which is 4 % of a sine.
+FAST_HZ = 3.0
+# A load spring looks like a constant force until the rod has moved. Over a tenth of the stroke its
+# force changes by a tenth.
+LEAST_TRAVEL = 0.1
+# The least drift of the flow gain that counts has changed the flow by 0.25 % after this time, s: as
+# much as the position over a window of half a second is known to.
+LEAST_SECONDS = 5.0
+# The compliance of air goes with p^-1.77. Over a factor of two in pressure it changes 3.4-fold;
+# over a smaller range, air looks like another bulk modulus.
+PRESSURES_VARY = 2.0
+# At rest the chambers have the supply pressure together, about half of it each. A relief valve
+# shows only where one of them is driven above that; share of the supply pressure.
+HIGH_PRESSURE = 0.6
+# A make-up valve opens below the tank pressure. That of a rig file is right within a half.
+LOW_PRESSURE = 1.5
 
 
 def _large_commands(regimes: Regimes) -> str | None:

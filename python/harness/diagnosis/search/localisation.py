@@ -7,10 +7,12 @@ from collections.abc import Mapping, Sequence
 
 from ...catalogue.parameters import effects
 from ..model.case import Case
-from ..schema import SUBSYSTEMS, EquationShare, Where
-from ..thresholds import SUBSYSTEM_SMALL, SUBSYSTEM_TAKES_PART
+from ..schema import SUBSYSTEM_TAKES_PART, SUBSYSTEMS, EquationShare, Where
 from .candidates import FittedCandidate
 from .maps import maps
+
+# A subsystem with a twentieth of the gap hardly takes part in it.
+SUBSYSTEM_SMALL = 0.05
 
 # Parts whose shares are at least this share of the largest one explain the gap alike.
 ALIKE = 0.5

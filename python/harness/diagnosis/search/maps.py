@@ -20,8 +20,16 @@ from ...rigs import Rig
 from ..data.bootstrap import drawn_windows, interval
 from ..model.comparison import Compared
 from ..schema import BandShare, Estimate, RegimeShare, SpanShare
-from ..thresholds import BANDS_HZ, LEAST_TIME, SPAN_EXCESS, SPAN_WINDOWS
 from .conditions import conditions
+
+# Conditions that hold for less than a hundredth of the time are not listed: that is 0.2 s of 20 s.
+LEAST_TIME = 0.01
+# Lower ends of the bands: drift; what a position loop follows; oil spring and valve; above both.
+BANDS_HZ = (0.0, 2.0, 10.0, 50.0)
+# A stretch of the record is listed if its windows, 2.5 s or more, hold 1.5 times their share of the
+# gap.
+SPAN_WINDOWS = 5
+SPAN_EXCESS = 1.5
 
 
 @dataclass(frozen=True)
@@ -67,7 +75,7 @@ def maps(
     by_window = np.asarray(np.bincount(window, energy), dtype=np.float64)
     if float(by_window.sum()) <= 0.0:
         return Maps()
-    draws = drawn_windows(by_window.size, np.random.default_rng(seed))
+    draws = drawn_windows(by_window.size, seed)
     regimes = []
     for condition, holds in conditions(compared, rig).items():
         of_time = float(np.mean(holds))

@@ -21,16 +21,6 @@ from ..model.machine import effect_starts
 from ..model.parameters import effect_parameters
 from ..model.separation import contains
 from ..schema import Stage
-from ..thresholds import (
-    AT_FLOOR,
-    BEAM,
-    BEHIND_NATS,
-    FORWARD_NATS,
-    FORWARD_RELATIVE,
-    LEAST_SCREENED_GAIN,
-    MOST_EFFECTS,
-    MOST_REFINED,
-)
 from .candidates import (
     FittedCandidate,
     calibrate,
@@ -45,6 +35,24 @@ from .candidates import (
 from .families import repeats_a_law, spelled_out
 from .likelihood_gain import above_floor, likelihood_gain
 from .sizes import matters
+
+# The best few candidates of a screening get a long fit; the best of these are extended.
+MOST_REFINED = 6
+# A screening fit of four iterations shows half of the gain of a long fit, seldom less than a
+# third. A candidate with a tenth of the gain of the first one does not overtake it.
+LEAST_SCREENED_GAIN = 0.1
+BEAM = 2
+# A law that contains another is fitted again where its cost is higher by more than this. Less is
+# what fits of a limited number of iterations differ by.
+BEHIND_NATS = 1.0
+MOST_EFFECTS = 3
+# If the errors of a set of effects are this close to the noise floor (ln of the ratio), nothing is
+# left to look for.
+AT_FLOOR = 0.05
+# A set of effects is extended only where its gain on held-out data is at least this. The verdict
+# requires more.
+FORWARD_NATS = 5.0
+FORWARD_RELATIVE = 0.05
 
 # Share of the time of a screening that the short fits from the start take; laws that grow from
 # simpler ones take the rest.

@@ -5,8 +5,12 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from ehsid.harness.diagnosis.data.bootstrap import drawn_windows, interval
-from ehsid.harness.diagnosis.thresholds import BOOTSTRAP_DRAWS, SHRINKAGE_LEVEL
+from ehsid.harness.diagnosis.data.bootstrap import (
+    BOOTSTRAP_DRAWS,
+    SHRINKAGE_LEVEL,
+    drawn_windows,
+    interval,
+)
 
 
 def test_intervals_are_those_of_scipy() -> None:
@@ -19,7 +23,7 @@ def test_intervals_are_those_of_scipy() -> None:
         method="percentile",
         rng=np.random.default_rng(7),
     ).confidence_interval
-    draws = values[drawn_windows(30, np.random.default_rng(7))].mean(axis=1)
+    draws = values[drawn_windows(30, 7)].mean(axis=1)
     assert interval(draws) == pytest.approx((expected.low, expected.high), rel=1e-12)
 
 

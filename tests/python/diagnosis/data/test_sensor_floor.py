@@ -12,12 +12,12 @@ from sources import ROOT
 
 from ehsid.harness.diagnosis.data.floor import floor_of
 from ehsid.harness.diagnosis.data.oil_spring import oil_spring_hz
-from ehsid.harness.diagnosis.data.sensor_floor import sensor_floor
-from ehsid.harness.diagnosis.thresholds import (
+from ehsid.harness.diagnosis.data.sensor_floor import (
     DESIGN_PRESSURE_NOISE,
     NOISE_OF_RANGE,
     NOISE_OF_STROKE,
     SPRING_HIDES_NOISE,
+    sensor_floor,
 )
 from ehsid.harness.records import Record
 from ehsid.harness.rigs import Rig, read_rig

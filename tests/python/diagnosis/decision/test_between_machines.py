@@ -4,16 +4,14 @@ from dataclasses import replace
 import pytest
 
 from ehsid.harness.diagnosis.decision.between_machines import (
+    SHRINKAGE_FURTHER,
+    SHRINKAGE_FURTHER_FROM_NOMINAL,
+    SIZE_FURTHER,
     reduction_between_machines,
     size_between_machines,
 )
 from ehsid.harness.diagnosis.model.parameters import Parameter
 from ehsid.harness.diagnosis.schema import Estimate, HowFar
-from ehsid.harness.diagnosis.thresholds import (
-    SHRINKAGE_FURTHER,
-    SHRINKAGE_FURTHER_FROM_NOMINAL,
-    SIZE_FURTHER,
-)
 
 FORCE = Parameter("effects.load_force.force_n", False, 0.0, 1.0, -500.0, 500.0)
 GAP = HowFar(

@@ -8,14 +8,10 @@ import pytest
 
 import ehsid
 from ehsid.harness.diagnosis.data.floor import floor_of
-from ehsid.harness.diagnosis.model.case import make_case
-from ehsid.harness.diagnosis.thresholds import (
-    LEAST_WINDOW_SAMPLES,
-    SEEN_BY_PRESSURES,
-    SUBSTEPS,
-    WINDOW_S,
-    WINDOW_SWINGING_S,
-)
+from ehsid.harness.diagnosis.model.case import LEAST_WINDOW_SAMPLES, WINDOW_SWINGING_S, make_case
+from ehsid.harness.diagnosis.model.fit import SUBSTEPS
+from ehsid.harness.diagnosis.model.parameters import SEEN_BY_PRESSURES
+from ehsid.harness.diagnosis.schema import WINDOW_S
 from ehsid.harness.records import Record, make_record
 from ehsid.harness.signals.excitation import multisine
 from ehsid.harness.signals.simulation import PositionController, draw_noise, simulate_closed_loop

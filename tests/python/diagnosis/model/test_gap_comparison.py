@@ -2,8 +2,8 @@
 import numpy as np
 import pytest
 
-from ehsid.harness.diagnosis.model.comparison import compare
-from ehsid.harness.diagnosis.thresholds import BLOCK_S, BLOCKS_TURN, SKIP_S, WINDOW_S
+from ehsid.harness.diagnosis.model.comparison import BLOCK_S, BLOCKS_TURN, compare
+from ehsid.harness.diagnosis.schema import SKIP_S, WINDOW_S
 from ehsid.harness.records import Record, make_record
 
 

@@ -10,15 +10,15 @@ from sources import ROOT
 import ehsid
 from ehsid.harness.catalogue.parameters import effects, plant_parameters
 from ehsid.harness.diagnosis import calibration_parameters, effect_parameters
-from ehsid.harness.diagnosis.thresholds import (
+from ehsid.harness.diagnosis.model.parameters import (
     HELD,
     LOGARITHMIC_NUISANCES,
-    MOST_SIGMAS,
     NUISANCE_SIGMA,
     SEEN_BY_PRESSURES,
     UNSEEN_CENTRE,
 )
 from ehsid.harness.rigs import Rig, read_rig
+from ehsid.harness.rigs.rig import MOST_SIGMAS
 
 RIGS = ROOT / "examples" / "rigs"
 

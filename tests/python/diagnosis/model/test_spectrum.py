@@ -15,7 +15,7 @@ from scipy.linalg import toeplitz
 
 from ehsid.harness.diagnosis.model.comparison import compare
 from ehsid.harness.diagnosis.model.spectrum import BANDS, Spectrum
-from ehsid.harness.diagnosis.thresholds import SKIP_S, WINDOW_S
+from ehsid.harness.diagnosis.schema import SKIP_S, WINDOW_S
 from ehsid.harness.records import make_record
 
 # Number of coefficients that are kept: all but the last one in windows that are no longer.

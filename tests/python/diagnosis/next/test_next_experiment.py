@@ -13,6 +13,7 @@ from ehsid.harness.diagnosis.deciding import EVIDENCE
 from ehsid.harness.diagnosis.model.comparison import compare
 from ehsid.harness.diagnosis.model.problem import Problem
 from ehsid.harness.diagnosis.model.separation import (
+    SEPARATED_NATS,
     CandidateModel,
     Separation,
     contains,
@@ -21,7 +22,6 @@ from ehsid.harness.diagnosis.model.separation import (
 )
 from ehsid.harness.diagnosis.next.menu import MENU, simulate_experiment
 from ehsid.harness.diagnosis.next.next_experiment import next_experiment, runnable
-from ehsid.harness.diagnosis.thresholds import SEPARATED_NATS
 from ehsid.harness.records import Record, make_record
 from ehsid.harness.rigs import Rig, read_rig
 from ehsid.harness.signals.excitation import multisine

@@ -13,6 +13,8 @@ from ehsid.harness.diagnosis.model.fit import GAIN
 from ehsid.harness.diagnosis.model.machine import effect_starts
 from ehsid.harness.diagnosis.model.parameters import effect_parameters
 from ehsid.harness.diagnosis.search.candidates import (
+    DECISION_SUBSTEPS,
+    ITERATIONS_SCREEN,
     SLEW,
     calibrate,
     calibrate_nuisances,
@@ -22,7 +24,6 @@ from ehsid.harness.diagnosis.search.candidates import (
     refine,
     screen,
 )
-from ehsid.harness.diagnosis.thresholds import DECISION_SUBSTEPS, ITERATIONS_SCREEN
 from ehsid.harness.records import make_record
 from ehsid.harness.rigs import read_rig
 from ehsid.harness.signals.excitation import multisine

@@ -67,7 +67,7 @@ def test_shares_by_hand() -> None:
         sums_of(record, shares, seed)
         for seed, shares in enumerate([(0.4, 0.4), (0.2, 0.3), (0.02, 0.03)])
     )
-    reduction = gap_reduction(nominal, calibrated, augmented, FLOORS, np.random.default_rng(0))
+    reduction = gap_reduction(nominal, calibrated, augmented, FLOORS, seed=0)
     assert reduction.nominal > reduction.calibrated > reduction.augmented
     floor = np.mean(
         [
@@ -94,7 +94,7 @@ def test_shares_by_hand() -> None:
 def test_nothing_above_the_floor_has_no_share() -> None:
     record = compared(4)
     quiet = sums_of(record, (1e-4, 1e-4), 0)
-    reduction = gap_reduction(quiet, quiet, quiet, FLOORS, np.random.default_rng(0))
+    reduction = gap_reduction(quiet, quiet, quiet, FLOORS, seed=0)
     assert reduction.of_explainable is None
     assert reduction.from_nominal.value == 0.0
 
@@ -112,7 +112,7 @@ def test_interval_is_wider_where_windows_differ(seed: int) -> None:
     after = sums_of(record, (0.05, 0.05), seed + 1)
     widths = []
     for before in (even, uneven):
-        share = gap_reduction(before, before, after, FLOORS, np.random.default_rng(1)).from_nominal
+        share = gap_reduction(before, before, after, FLOORS, seed=1).from_nominal
         widths.append(share.high - share.low)
     if bursts.any():
         assert widths[1] > widths[0]
@@ -126,7 +126,7 @@ def test_the_floor_is_never_above_the_error_that_was_reached() -> None:
         name: NoiseFloor(10.0 * floor.value, 9.0 * floor.value, 12.0 * floor.value)
         for name, floor in FLOORS.items()
     }
-    result = gap_reduction(before, before, after, high, np.random.default_rng(0))
+    result = gap_reduction(before, before, after, high, seed=0)
     assert result.of_explainable is not None
     assert result.of_explainable.value == pytest.approx(1.0)
     low, upper = result.noise_floor

@@ -11,10 +11,10 @@ import numpy.typing as npt
 import pytest
 import statsmodels.api as sm
 
+from ehsid.harness.diagnosis.decision.results import MODEL_ERROR
 from ehsid.harness.diagnosis.model.parameters import Parameter
 from ehsid.harness.diagnosis.model.problem import Problem, Step
 from ehsid.harness.diagnosis.search.intervals import deviations, in_deviations, interval
-from ehsid.harness.diagnosis.thresholds import MODEL_ERROR
 
 WINDOWS, SAMPLES = 40, 25
 

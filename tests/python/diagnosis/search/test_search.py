@@ -32,6 +32,10 @@ from ehsid.harness.diagnosis.search.families import spelled_out
 from ehsid.harness.diagnosis.search.gap_reduction import WindowSums
 from ehsid.harness.diagnosis.search.likelihood_gain import above_floor, likelihood_gain
 from ehsid.harness.diagnosis.search.search import (
+    AT_FLOOR,
+    BEHIND_NATS,
+    FORWARD_NATS,
+    FORWARD_RELATIVE,
     SCREENING,
     _grown_again,
     _is_ahead_of_all_inside,
@@ -43,7 +47,6 @@ from ehsid.harness.diagnosis.search.search import (
     search,
     without_small_effects,
 )
-from ehsid.harness.diagnosis.thresholds import AT_FLOOR, BEHIND_NATS, FORWARD_NATS, FORWARD_RELATIVE
 from ehsid.harness.rigs import read_rig
 from ehsid.harness.signals.simulation import simulate
 

@@ -10,7 +10,7 @@ from gap_cases import RIG, record
 from made_checks import made_answers, perfect, write_check
 
 from ehsid.harness.diagnosis.schema import Estimate
-from ehsid.harness.diagnosis.thresholds import DECISION_SUBSTEPS
+from ehsid.harness.diagnosis.search.candidates import DECISION_SUBSTEPS
 from ehsid.harness.records import write_record
 from ehsid.harness.rigs import Rig, write_rig
 from ehsid.harness.signals.simulation.windows import simulate_windows
