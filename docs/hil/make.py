@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Makes the pictures of docs/evidence/hil.md.
+"""Makes the pictures of docs/hil.md and docs/evidence/hil.md.
 
 python docs/hil/make.py build/firmware/servo_an386.elf
 
@@ -22,7 +22,7 @@ from ehsid.harness.signals.simulation import draw_noise, suggested_controller
 from ehsid.harness.signals.simulation.outputs import OUTPUTS_OF
 from ehsid.hil.comparison import Agreement, compare
 from ehsid.hil.emulator import emulated
-from ehsid.hil.figures import control_figure, estimates_figure
+from ehsid.hil.figures import control_figure, estimates_figure, servo_figure
 from ehsid.hil.plan import Plan, position_plan
 from ehsid.hil.recording import Recording
 from ehsid.hil.run import RunResult, run_plan
@@ -39,7 +39,8 @@ WEAK_SUPPLY_PA = 4.0e6
 
 def run(session: Session, plan: Plan) -> tuple[RunResult, Agreement]:
     """The run and how it compares; its files are not kept."""
-    orders = plan.configuration.estimator.orders
+    estimator, servo = plan.configuration.estimator, plan.configuration.servo
+    orders = estimator.orders if servo is None else None
     with (
         tempfile.TemporaryDirectory() as folder,
         Recording(Path(folder), OUTPUTS_OF[plan.rig.plant], orders) as recording,
@@ -75,6 +76,13 @@ def main() -> None:
             print(f"{name}: {agreement.sentence}")
         estimates_figure(runs[: len(FACTORS)]).savefig(HERE / "experiment.png", dpi=90)
         estimates_figure(runs[len(FACTORS) :]).savefig(HERE / "changed.png", dpi=90)
+        for name, plan in experiment_plans(rig, suggested_controller(rig), 0, servo={}).items():
+            result, agreement = run(session, plan)
+            print(f"{name}: {agreement.servo}, {agreement.sentence}")
+        assert agreement.servo is not None
+        assert agreement.replay.servo is not None
+        figure = servo_figure(result, agreement.servo, agreement.replay.servo)
+        figure.savefig(HERE / "servo.png", dpi=90)
         for retune in (False, True):
             result, agreement = run(session, weak_supply(retune))
             error = result.plan.reference_m - result.position_m

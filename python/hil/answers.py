@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 import struct
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import ClassVar, Self
 
@@ -17,9 +18,10 @@ from . import messages
 from .errors import BadFrame, HilError
 from .frames import Packet
 from .layout import Message
-from .messages import VERSION, Flags, Kind, Reason, State
+from .messages import TRACKED, VERSION, Flags, Kind, Reason, State
 
 _STATUSES = {int(status) for status in ehsid.Status}
+_REASONS = {int(reason) for reason in ehsid.TrustReason}
 
 
 class _Answer:
@@ -142,12 +144,7 @@ class Result:
         if len(theta_bytes) != 4 * n:
             raise BadFrame(f"{len(theta_bytes)} bytes for theta of {n} numbers")
         theta = struct.unpack(f"<{n}f", theta_bytes)
-        named = {**values, **{f"theta[{i}]": number for i, number in enumerate(theta)}}
-        for name, value in named.items():
-            if not math.isfinite(value):
-                raise _wrong(name, value, "a finite number")
-        if values["status"] not in _STATUSES:
-            raise _wrong("status", values["status"], "a status of the estimator")
+        _check({**values, **{f"theta[{i}]": number for i, number in enumerate(theta)}})
         return cls(
             **values,
             converged=bool(flags & Flags.CONVERGED),
@@ -156,6 +153,59 @@ class Result:
             residuals_white=not flags & Flags.RESIDUALS_NOT_WHITE,
             theta=theta,
         )
+
+
+@dataclass(frozen=True)
+class ServoResult:
+    """Answer of a target with a ServoEstimator to a sample.
+
+    The values of the servo are NaN before there are any; a reason is an `ehsid.TrustReason`.
+    """
+
+    number: int
+    command_v: float
+    gain_v_m: float
+    velocity_gain_m_s_v: float
+    velocity_gain_half_width: float
+    velocity_gain_reason: int
+    omega_n_rad_s: float
+    omega_n_half_width: float
+    omega_n_reason: int
+    xi: float
+    xi_half_width: float
+    xi_reason: int
+    status: int
+    gain_estimated: bool
+    limited: bool
+    step_cycles: int
+    bad_frames: int
+    repeated: int
+    trips: int
+
+    @property
+    def tracked(self) -> list[tuple[float, float, int]]:
+        """Value, half width and reason of K, omega_n and xi."""
+        return [(getattr(self, a), getattr(self, b), getattr(self, c)) for a, b, c in TRACKED]
+
+    @classmethod
+    def parse(cls, body: bytes) -> Self:
+        """Reads the body of `servo_result`; raises as `Result.parse` does."""
+        values, _ = messages.SERVO_RESULT.unpack(body)
+        flags, known = values.pop("flags"), dict(values)
+        for value, half_width, reason in TRACKED:
+            if math.isnan(values[value]) and math.isnan(values[half_width]):
+                del known[value], known[half_width]
+            if values[reason] not in _REASONS:
+                raise _wrong(reason, values[reason], "one of those of the estimator")
+        _check(known)
+        return cls(
+            **values,
+            gain_estimated=bool(flags & Flags.GAIN_FROM_ESTIMATE),
+            limited=bool(flags & Flags.AT_LIMIT),
+        )
+
+
+SampleAnswer = Result | ServoResult
 
 
 @dataclass(frozen=True)
@@ -181,11 +231,12 @@ class Safe(_Answer):
     valve_command_v: float
 
 
-Answer = Identity | Done | Result | Refused | Safe
+Answer = Identity | Done | Result | ServoResult | Refused | Safe
 _ANSWERS: dict[int, type[Answer]] = {
     Kind.IDENTITY: Identity,
     Kind.DONE: Done,
     Kind.RESULT: Result,
+    Kind.SERVO_RESULT: ServoResult,
     Kind.REFUSED: Refused,
     Kind.SAFE: Safe,
 }
@@ -213,6 +264,15 @@ def _bits(word: int) -> frozenset[int]:
 def _printable(text: str) -> str:
     """Returns the text with '?' for control characters, which could rewrite the user's terminal."""
     return "".join(c if c.isprintable() else "?" for c in text)
+
+
+def _check(values: Mapping[str, float]) -> None:
+    """Checks the numbers of an answer to a sample."""
+    for name, value in values.items():
+        if not math.isfinite(value):
+            raise _wrong(name, value, "a finite number")
+    if values["status"] not in _STATUSES:
+        raise _wrong("status", values["status"], "a status of the estimator")
 
 
 def _wrong(name: str, value: float, expected: str) -> HilError:

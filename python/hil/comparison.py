@@ -12,6 +12,8 @@ import numpy.typing as npt
 import ehsid
 from ehsid.harness.base.arrays import FloatArray
 from ehsid.harness.firmware.configuration import EstimatorConfiguration
+from ehsid.harness.firmware.servo import ServoSettings
+from ehsid.harness.models.estimation.servo import KEYS, ServoPath, ServoValue
 
 from .run import RunResult
 
@@ -23,6 +25,8 @@ SCALARS = {
     "residual_variance": "residual_variance_m2",
     "excitation": "excitation",
 }
+# Of K, omega_n and xi.
+UNITS = ("m/s per V", "rad/s", "")
 # Status values of samples that gave an innovation.
 ESTIMATED = (ehsid.Status.ok, ehsid.Status.no_information, ehsid.Status.reset)
 
@@ -39,12 +43,15 @@ class Replay:
         the results named in `SCALARS`, shape (N, 4), float32.
     status
         `ehsid.Status` of each sample, shape (N,).
+    servo
+        what a ServoEstimator tells; n = 0 then. None for an ARX model.
     """
 
     theta: npt.NDArray[np.float32]
     deviation: npt.NDArray[np.float32]
     scalars: npt.NDArray[np.float32]
     status: npt.NDArray[np.uint8]
+    servo: ServoPath | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,13 +68,17 @@ class Agreement:
         numbers of the samples at which any result or the status differs in at least one bit.
     largest
         largest |difference| of a parameter, as a share of its largest |value| on the host; 0 if no
-        parameter differs.
+        parameter differs. The parameters of a ServoEstimator are K, omega_n, xi and their half
+        widths.
+    servo
+        what the ServoEstimator of the target tells; n = 0 then. None for an ARX model.
     """
 
     replay: Replay
     theta: npt.NDArray[np.float32]
     different: npt.NDArray[np.int64]
     largest: float
+    servo: ServoPath | None = None
 
     @property
     def equal(self) -> bool:
@@ -77,7 +88,7 @@ class Agreement:
     @property
     def sentence(self) -> str:
         """Result of the comparison as a sentence for the user."""
-        total = self.theta.shape[0]
+        total = self.replay.status.size
         if self.equal:
             return f"bit for bit the host's, all {total} samples"
         return (
@@ -115,34 +126,83 @@ def replay(
 
 def compare(run: RunResult) -> Agreement:
     """Compares the results of the target with those of the host on the same data."""
+    if run.plan.configuration.servo is not None:
+        return _compare_servo(run, run.plan.configuration.servo)
     configuration = run.plan.configuration.estimator
     # A target that was reset begins with the settings of the plan, whatever was wished before.
     begun = {**run.begun, **dict.fromkeys(run.restarts, configuration)}
     host = replay(configuration, run.command_v, run.position_m, begun)
-    theta = np.array([result.theta for result in run.results], dtype=np.float32)
+    results = run.arx_results
+    theta = np.array([result.theta for result in results], dtype=np.float32)
     scalars = np.array(
-        [[getattr(result, name) for name in SCALARS.values()] for result in run.results],
+        [[getattr(result, name) for name in SCALARS.values()] for result in results],
         dtype=np.float32,
     )
-    status = np.array([result.status for result in run.results], dtype=np.uint8)
+    status = np.array([result.status for result in results], dtype=np.uint8)
     same = (
         (_bits(theta) == _bits(host.theta)).all(axis=1)
         & (_bits(scalars) == _bits(host.scalars)).all(axis=1)
         & (status == host.status)
     )
-    difference = np.abs(theta.astype(np.float64) - host.theta)
-    size = np.maximum(np.abs(host.theta.astype(np.float64)).max(axis=0), np.finfo(np.float32).tiny)
+    return Agreement(host, theta, np.flatnonzero(~same), _largest(theta, host.theta))
+
+
+def _compare_servo(run: RunResult, settings: ServoSettings) -> Agreement:
+    """Compares values, half widths, reasons and status; a target that was reset begins anew."""
+    estimator = settings.estimator()
+    status = np.empty(len(run.results), dtype=np.uint8)
+    told = np.empty((status.size, len(KEYS), 3), dtype=np.float32)
+    for k, (command, position) in enumerate(zip(run.command_v, run.position_m, strict=True)):
+        if k in run.restarts:
+            estimator = settings.estimator()
+        status[k] = estimator.step(command, position)
+        servo = estimator.servo()
+        for i, key in enumerate(KEYS.values()):
+            value = getattr(servo, key)
+            told[k, i] = value.value, value.half_width, value.reason
+    theirs = np.array([result.tracked for result in run.servo_results], dtype=np.float32)
+    their_status = np.array([result.status for result in run.results], dtype=np.uint8)
+    same = (_bits(theirs) == _bits(told)).all(axis=(1, 2)) & (their_status == status)
+    none = np.empty((status.size, 0), dtype=np.float32)
     return Agreement(
-        host,
-        theta,
+        Replay(none, none, none, status, _servo_path(told, status, estimator.delay)),
+        none,
         np.flatnonzero(~same),
-        float(np.nan_to_num(difference / size, nan=np.inf).max()),
+        _largest(*(x[:, :, :2].reshape(status.size, -1) for x in (theirs, told))),
+        _servo_path(theirs, their_status, estimator.delay),
     )
+
+
+def _servo_path(
+    told: npt.NDArray[np.float32], status: npt.NDArray[np.uint8], delay: int
+) -> ServoPath:
+    """Returns K, omega_n and xi over a run; `told` has value, half width and reason of each."""
+    gain, omega_n, xi = (
+        ServoValue(
+            name,
+            unit,
+            one[:, 0].astype(np.float64),
+            one[:, 1].astype(np.float64),
+            one[:, 2] == ehsid.TrustReason.trusted,
+            float(np.mean(one[:, 2] == ehsid.TrustReason.trusted)),
+            ehsid.TrustReason(int(one[-1, 2])),
+        )
+        for name, unit, one in zip(KEYS, UNITS, np.moveaxis(told, 1, 0), strict=True)
+    )
+    return ServoPath(gain, omega_n, xi, delay, int(np.sum(status == ehsid.Status.reset)))
+
+
+def _largest(ours: npt.NDArray[np.float32], host: npt.NDArray[np.float32]) -> float:
+    """Returns the largest difference; none where both have no number yet."""
+    double = host.astype(np.float64)
+    difference = np.where(np.isnan(ours) & np.isnan(host), 0.0, np.abs(ours - double))
+    size = np.maximum(np.abs(np.nan_to_num(double)).max(axis=0), np.finfo(np.float32).tiny)
+    return float(np.nan_to_num(difference / size, nan=np.inf).max())
 
 
 def rmse(run: RunResult) -> float:
     """RMSE of the innovation from the first estimate on, m, as in the paper; NaN without any."""
-    errors = [result.innovation_m for result in run.results if result.status in ESTIMATED]
+    errors = [result.innovation_m for result in run.arx_results if result.status in ESTIMATED]
     return float(np.sqrt(np.mean(np.square(errors)))) if errors else float("nan")
 
 

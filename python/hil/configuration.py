@@ -5,10 +5,9 @@ from __future__ import annotations
 
 import struct
 from dataclasses import dataclass
-from typing import ClassVar
 
 import ehsid
-from ehsid.harness.firmware import EstimatorConfiguration, Seed
+from ehsid.harness.firmware import EstimatorConfiguration, Seed, ServoSettings
 from ehsid.harness.firmware.header import upper_triangle
 
 from . import messages
@@ -58,6 +57,12 @@ class ControllerSettings:
     position_control: bool = True
     retune: bool = True
 
+    @property
+    def flags(self) -> int:
+        """Its flags in the message."""
+        control = self.position_control * Settings.POSITION_CONTROL
+        return control | self.retune * Settings.FOLLOW_ESTIMATE
+
 
 @dataclass(frozen=True, eq=False)
 class Configuration:
@@ -71,13 +76,19 @@ class Configuration:
         settings of the position controller.
     watchdog_ms
         time without a valid request after which the target closes the valve, ms.
+    servo
+        settings of a ServoEstimator, which then runs in place of `estimator`.
     """
-
-    message: ClassVar[Message] = messages.CONFIGURE
 
     estimator: EstimatorConfiguration
     controller: ControllerSettings
     watchdog_ms: int
+    servo: ServoSettings | None = None
+
+    @property
+    def message(self) -> Message:
+        """The message that carries it."""
+        return messages.CONFIGURE if self.servo is None else messages.CONFIGURE_SERVO
 
     @property
     def policy(self) -> int:
@@ -85,7 +96,7 @@ class Configuration:
         return self.estimator.forgetting.info.number - 1
 
     def body(self) -> bytes:
-        """Returns the body of `configure`.
+        """Returns the body of `configure`, or of `configure_servo`.
 
         Raises
         ------
@@ -93,14 +104,15 @@ class Configuration:
             a number does not fit its type (the message names it), the drifts of the parameters
             differ, or the seed has another number of parameters or more than 11.
         """
+        if self.servo is not None:
+            return self._servo_body(self.servo)
         estimator, controller = self.estimator, self.controller
         orders, seed, reset = estimator.orders, estimator.seed, estimator.reset
         flags = (
             orders.offset * Settings.OFFSET
             | (reset is not None) * Settings.RESET
-            | controller.position_control * Settings.POSITION_CONTROL
+            | controller.flags
             | (seed is not None) * Settings.SEED
-            | controller.retune * Settings.FOLLOW_ESTIMATE
         )
         groups = {
             "scaling": estimator.scaling,
@@ -126,6 +138,11 @@ class Configuration:
                 values[field.name] = getattr(groups[field.group], field.name)
         body = self.message.pack(values)
         return body if seed is None else body + _seed(seed, orders.n_parameters, len(body))
+
+    def _servo_body(self, servo: ServoSettings) -> bytes:
+        values = {**vars(self.controller), **vars(servo), "sample_time_s": servo.dt_s}
+        values |= {"flags": self.controller.flags, "watchdog_ms": self.watchdog_ms}
+        return self.message.pack(values)
 
 
 def _forgetting(policy: ehsid.Forgetting, member: str) -> float:

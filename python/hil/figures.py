@@ -12,6 +12,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from ehsid.harness.base.arrays import FloatArray
+from ehsid.harness.models.estimation.servo import ServoPath
+from ehsid.harness.show.model_figures import draw_servo_value
 from ehsid.harness.show.plotting import GREEN, GREY, ORANGE, VERMILION, stacked, styled
 
 from .comparison import Agreement
@@ -72,9 +74,21 @@ def estimates_figure(runs: Sequence[tuple[str, RunResult, Agreement]]) -> Figure
         grid[row, -1].legend(loc="upper right")
     for column, (_, run, _) in enumerate(runs):
         axes = grid[2, column]
-        axes.plot(_time(run), [r.forgetting_factor for r in run.results], color=GREEN)
+        axes.plot(_time(run), [r.forgetting_factor for r in run.arx_results], color=GREEN)
         axes.set_xlabel("time in s")
     grid[2, 0].set_ylabel("lambda")
+    return figure
+
+
+@styled
+def servo_figure(run: RunResult, servo: ServoPath, host: ServoPath) -> Figure:
+    """Draws K, omega_n and xi over time with their bands, and those of the host dashed."""
+    figure, rows = stacked(8.0, [1, 1, 1], xlabel="time in s")
+    for axes, value, ours in zip(rows, servo, host, strict=True):
+        draw_servo_value(axes, _time(run), value)
+        axes.plot(_time(run), ours.path, "k--", linewidth=0.6)
+        _events(axes, run)
+    rows[0].set_xlim(0.0, len(run.results) * run.plan.dt_s)
     return figure
 
 

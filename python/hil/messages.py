@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""All messages between host and target, version 1: kinds, states, reasons and fields.
+"""All messages between host and target, version 3: kinds, states, reasons and fields.
 
 This is the only place of the host that knows them. The tables in docs/hil_protocol.md are made from
 here, and a test compares the sources of the firmware with it.
@@ -13,7 +13,7 @@ import ehsid
 
 from .layout import Field, Message
 
-VERSION = 2
+VERSION = 3
 
 
 class Kind(IntEnum):
@@ -25,11 +25,13 @@ class Kind(IntEnum):
     SAMPLE = 0x04
     RESUME = 0x05
     STOP = 0x06
+    CONFIGURE_SERVO = 0x07
     IDENTITY = 0x81
     DONE = 0x82
     RESULT = 0x84
     REFUSED = 0x85
     SAFE = 0x86
+    SERVO_RESULT = 0x87
 
 
 class State(IntEnum):
@@ -52,7 +54,7 @@ class Reason(IntEnum):
 
 
 class Settings(IntFlag):
-    """Flags of `configure`."""
+    """Flags of `configure`; `configure_servo` has two of them."""
 
     OFFSET = 1 << 0
     RESET = 1 << 1
@@ -62,7 +64,7 @@ class Settings(IntFlag):
 
 
 class Flags(IntFlag):
-    """Flags of `result`."""
+    """Flags of `result`; `servo_result` has two of them."""
 
     CONVERGED = 1 << 0
     GAIN_FROM_ESTIMATE = 1 << 1
@@ -89,6 +91,33 @@ def _forgetting_fields() -> list[Field]:
         for place in range(ehsid.HIL_PLACES)
     ]
 
+
+def _tracked(name: str, ending: str, unit: str, meaning: str) -> tuple[Field, Field, Field]:
+    """A value of a ServoEstimator, half of its 90 % interval, and why it is not trusted."""
+    return (
+        Field(f"{name}{ending}", "f32", unit, f"{meaning}; NaN before there is one"),
+        Field(f"{name}_half_width", "f32", unit, "half of its 90 % interval"),
+        Field(f"{name}_reason", "u8", "", "`ehsid_trust`: 0 trusted, or why not"),
+    )
+
+
+_CONTROLLER = (
+    Field("sample_time_s", "f32", "s", group="controller"),
+    Field("fixed_gain_v_m", "f32", "V/m", group="controller"),
+    Field("feed_forward_v_s_m", "f32", "V s/m", group="controller"),
+    Field("command_limit_v", "f32", "V", group="controller"),
+    Field("bandwidth_rad_s", "f32", "rad/s", group="controller"),
+    Field("gain_min_v_m", "f32", "V/m", group="controller"),
+    Field("gain_max_v_m", "f32", "V/m", group="controller"),
+    Field("gain_step", "f32", "", "per sample, share of the fixed gain", group="controller"),
+    Field("watchdog_ms", "u32", "ms", "1 to 60000"),
+)
+_COUNTS = (
+    Field("step_cycles", "u32", "cycles", "processor clock from sample to command, estimate"),
+    Field("bad_frames", "u16", "", "damaged or late frames received since power-up"),
+    Field("repeated", "u16", "", "answers sent again since power-up"),
+    Field("trips", "u16", "", "times the watchdog closed the valve since power-up"),
+)
 
 HELLO = Message(Kind.HELLO, (Field("version", "u16", "", "protocol version of the host"),), "all")
 CONFIGURE = Message(
@@ -117,15 +146,7 @@ CONFIGURE = Message(
         Field("hold", "i32", "samples", group="convergence"),
         Field("variance0", "f32", "", "of the scaled signals", group="estimator"),
         Field("input_limit", "f32", "", "largest plausible scaled signal", group="estimator"),
-        Field("sample_time_s", "f32", "s", group="controller"),
-        Field("fixed_gain_v_m", "f32", "V/m", group="controller"),
-        Field("feed_forward_v_s_m", "f32", "V s/m", group="controller"),
-        Field("command_limit_v", "f32", "V", group="controller"),
-        Field("bandwidth_rad_s", "f32", "rad/s", group="controller"),
-        Field("gain_min_v_m", "f32", "V/m", group="controller"),
-        Field("gain_max_v_m", "f32", "V/m", group="controller"),
-        Field("gain_step", "f32", "", "per sample, share of the fixed gain", group="controller"),
-        Field("watchdog_ms", "u32", "ms", "1 to 60000"),
+        *_CONTROLLER,
         Field("theta", "f32", "", "estimate to start from", "n"),
         Field("d", "f32", "", "diagonal of D in P = U D U'", "n"),
         Field("u", "f32", "", "columns of U above its diagonal", "n(n-1)/2"),
@@ -147,6 +168,17 @@ SAMPLE = Message(
 )
 RESUME = Message(Kind.RESUME, states="safe")
 STOP = Message(Kind.STOP, states="ready, running, safe")
+CONFIGURE_SERVO = Message(
+    Kind.CONFIGURE_SERVO,
+    (
+        Field("delay", "u8", "samples", "ServoEstimator: 1 to 20"),
+        Field("flags", "u8", "", "of `configure`: bit 2 position control, bit 4 follow estimate"),
+        Field("drift", "f32", "", "ServoEstimator: deviation of ln K and ln omega_n in 1 s, >= 0"),
+        Field("tolerance", "f32", "", "ServoEstimator: share of K, > 0"),
+        *_CONTROLLER,
+    ),
+    "idle, ready",
+)
 
 IDENTITY = Message(
     Kind.IDENTITY,
@@ -181,10 +213,7 @@ RESULT = Message(
             "share of recent samples during which every parameter was excited, 0 to 1",
         ),
         Field("residual_variance_m2", "f32", "m^2", "residual variance sigma^2"),
-        Field("step_cycles", "u32", "cycles", "processor clock from sample to command, estimate"),
-        Field("bad_frames", "u16", "", "damaged or late frames received since power-up"),
-        Field("repeated", "u16", "", "answers sent again since power-up"),
-        Field("trips", "u16", "", "times the watchdog closed the valve since power-up"),
+        *_COUNTS,
         Field("n", "u8", "", "number of parameters"),
         Field("theta", "f32", "", "estimate, in the units of the signals", "n"),
     ),
@@ -206,8 +235,29 @@ SAFE = Message(
         Field("valve_command_v", "f32", "V", "command at the valve, 0"),
     ),
 )
+_SERVO = (
+    _tracked("velocity_gain", "_m_s_v", "m/s/V", "K of the servo"),
+    _tracked("omega_n", "_rad_s", "rad/s", "natural frequency"),
+    _tracked("xi", "", "", "damping ratio"),
+)
+TRACKED = tuple((value.name, half.name, reason.name) for value, half, reason in _SERVO)
+SERVO_RESULT = Message(
+    Kind.SERVO_RESULT,
+    (
+        Field("number", "u32", "", "k of the sample"),
+        Field("command_v", "f32", "V", "acts from t_k to t_{k+1}"),
+        Field("gain_v_m", "f32", "V/m", "gain of the controller"),
+        Field("status", "u8", "", "`ehsid_status` of this sample"),
+        Field("flags", "u8", "", "of `result`: bit 1 gain from estimate, bit 2 at limit"),
+        *(field for fields in _SERVO for field in fields),
+        *_COUNTS,
+    ),
+)
 
-MESSAGES = (HELLO, CONFIGURE, START, SAMPLE, RESUME, STOP, IDENTITY, DONE, RESULT, REFUSED, SAFE)
+MESSAGES = (
+    *(HELLO, CONFIGURE, START, SAMPLE, RESUME, STOP, CONFIGURE_SERVO),
+    *(IDENTITY, DONE, RESULT, REFUSED, SAFE, SERVO_RESULT),
+)
 
 
 def status_name(status: int) -> str:

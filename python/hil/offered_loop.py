@@ -28,8 +28,12 @@ class Planner(Protocol):
         *,
         values: Mapping[str, float] | None,
         watchdog_ms: int,
+        servo: Mapping[str, float] | None,
     ) -> dict[str, Plan]:
-        """Returns the plans of a loop for `rig`, whose random numbers start with `seed`."""
+        """Returns the plans of a loop for `rig`, whose random numbers start with `seed`.
+
+        They have a ServoEstimator with the settings `servo`, or estimators of ARX models.
+        """
 
 
 @dataclass(frozen=True)
@@ -41,7 +45,7 @@ class OfferedLoop:
     plans
         makes the plans.
     beside
-        published results, for the page.
+        published results of ARX models, for the page.
     sources
         publications, for the page.
     """

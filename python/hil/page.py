@@ -7,12 +7,14 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from ehsid.harness.models.estimation.words import servo_words
+from ehsid.harness.show.model_tables import servo_path_table
 from ehsid.harness.show.page import Page, Picture, Section, Table
 from ehsid.harness.show.shares import percent
 
 from .answers import Identity
 from .comparison import rmse
-from .figures import control_figure, estimates_figure
+from .figures import control_figure, estimates_figure, servo_figure
 from .result_file import Runs
 
 # With a larger share of samples at the command limit, a servo no longer follows its reference.
@@ -33,10 +35,19 @@ def lead(identity: Identity, runs: Runs) -> list[str]:
         f"{samples} samples in lock step, {samples / max(seconds, 1e-9):.0f} a second."
     ]
     if not unequal:
-        sentences.append(
-            "Its estimates are bit for bit those of the host's estimator on the same data: every "
-            "parameter, innovation, forgetting factor, residual variance and status."
+        what = (
+            "K, omega_n and xi with their intervals, every reason why they are not trusted, and "
+            "every status"
+            if runs[0][2].servo
+            else "every parameter, innovation, forgetting factor, residual variance and status"
         )
+        sentences.append(
+            f"Its estimates are bit for bit those of the host's estimator on the same data: {what}."
+        )
+    for name, _, agreement in runs:
+        if agreement.servo is not None:
+            words = " ".join(servo_words(agreement.servo))
+            sentences.append(f"{name}: {agreement.servo}. {words}".rstrip())
     for name, _, agreement in runs:
         if not agreement.equal:
             sentences.append(f"{name}: {agreement.sentence}.")
@@ -56,6 +67,22 @@ def lead(identity: Identity, runs: Runs) -> list[str]:
                 f"{name}: the user let the estimator begin anew before sample {where}."
             )
     return sentences
+
+
+def _tables(runs: Runs) -> list[Table]:
+    """Returns what was estimated in each run."""
+    if runs[0][2].servo is None:
+        return [parameter_table(runs)]
+    tables = []
+    for name, _, agreement in runs:
+        assert agreement.servo is not None
+        told = servo_path_table(agreement.servo)
+        caption = (
+            f"{name}: each value where it was trusted last, or else at the end, with its 90 % "
+            f"interval, and for how long it was trusted. {told.title.capitalize()}."
+        )
+        tables.append(Table(caption, told.headings, told.rows))
+    return tables
 
 
 def parameter_table(runs: Runs) -> Table:
@@ -117,6 +144,14 @@ def line_table(runs: Runs) -> Table:
 
 
 def _picture(runs: Runs) -> Picture:
+    _, run, agreement = runs[0]
+    if agreement.servo is not None and agreement.replay.servo is not None:
+        return Picture(
+            servo_figure(run, agreement.servo, agreement.replay.servo),
+            "K, omega_n and xi of the target with their 90 % bands, where they are trusted and "
+            "where not, and those of the host on the same data (dashed).",
+            "Curves of K, omega_n and xi with their bands over time, target and host on each other",
+        )
     return Picture(
         estimates_figure(runs),
         "Estimates of the target (colour) and of the host on the same data (dashed), and the "
@@ -132,13 +167,13 @@ def hil_page(
     """Returns the page of all runs; `beside` is a table of other estimates, shown below these."""
     steady = [run for run in runs if not run[1].plan.change]
     changed = [run for run in runs if run[1].plan.change]
-    tables = [parameter_table(steady)] if beside is None else [parameter_table(steady), beside]
+    tables = _tables(steady) if beside is None else [*_tables(steady), beside]
     sections = [Section("Estimates on the target", tables)]
     if changed:
         what = " and ".join(f"{n} times {x:g}" for n, x in changed[0][1].plan.change.items())
         words = f"The same, but the plant changes at half time (grey line): {what}."
         sections.append(
-            Section("A change of the plant", [words, _picture(changed), parameter_table(changed)])
+            Section("A change of the plant", [words, _picture(changed), *_tables(changed)])
         )
     for name, run, _ in runs:
         if run.plan.configuration.controller.position_control:
@@ -167,11 +202,12 @@ def hil_page(
 
 def _setup(identity: Identity, runs: Runs) -> str:
     plan = runs[0][1].plan
-    controller = plan.configuration.controller
+    controller, servo = plan.configuration.controller, plan.configuration.servo
+    estimator = plan.configuration.estimator.orders if servo is None else servo
     return (
         f"Target: board {identity.board}, firmware {_version(identity)}. Rig: {plan.rig.name}, "
         f"sampled every {1e3 * plan.dt_s:g} ms. Controller: fixed gain "
         f"{controller.fixed_gain_v_m:.4g} V/m, bounds {controller.gain_min_v_m:.4g} to "
         f"{controller.gain_max_v_m:.4g} V/m, limit "
-        f"{controller.command_limit_v:.4g} V. Estimator: {plan.configuration.estimator.orders}."
+        f"{controller.command_limit_v:.4g} V. Estimator: {estimator}."
     )

@@ -12,6 +12,7 @@ import numpy as np
 import ehsid
 from ehsid.harness.base.arrays import FloatArray
 from ehsid.harness.firmware.configuration import EstimatorConfiguration
+from ehsid.harness.firmware.servo import ServoSettings
 from ehsid.harness.models.identification import ArxOrders
 from ehsid.harness.records import Record
 from ehsid.harness.rigs import Rig
@@ -198,6 +199,23 @@ def position_plan(
         position0_m=float(reference_m[0]),
         values=dict(values or {}),
     )
+
+
+def with_servo(plan: Plan, chosen: Mapping[str, float]) -> Plan:
+    """Returns the plan with a ServoEstimator in place of its estimator of an ARX model.
+
+    Parameters
+    ----------
+    chosen
+        settings other than the defaults: some of delay, drift and tolerance.
+
+    Raises
+    ------
+    ValueError
+        a setting is out of its range.
+    """
+    servo = ServoSettings.chosen(plan.dt_s, chosen)
+    return replace(plan, configuration=replace(plan.configuration, servo=servo))
 
 
 def open_plan(

@@ -15,24 +15,20 @@ from typing import BinaryIO, Self
 
 from ehsid.harness.models.identification import ArxOrders
 
-from .answers import Result
+from .answers import Result, SampleAnswer, ServoResult
 from .session import Counters
 
 RECORD = "record.csv"
 ESTIMATES = "estimates.csv"
 
-_NAMES = [field.name for field in fields(Result)]
-# Fields of the answer from the gain to the cycles.
-ANSWER_COLUMNS = tuple(_NAMES[_NAMES.index("gain_v_m") : _NAMES.index("step_cycles") + 1])
-ESTIMATE_COLUMNS = (
-    "time_s",
-    "reference_m",
-    *ANSWER_COLUMNS,
-    "asked_again",
-    "bad_frames",
-    "trips",
-    "restarts",
-)
+
+def _columns(answer: type[SampleAnswer]) -> tuple[str, ...]:
+    """Fields of the answer from the gain to the cycles."""
+    names = [field.name for field in fields(answer)]
+    return tuple(names[names.index("gain_v_m") : names.index("step_cycles") + 1])
+
+
+_FRONT, _BEHIND = ("time_s", "reference_m"), ("asked_again", "bad_frames", "trips", "restarts")
 
 
 class Table:
@@ -62,20 +58,29 @@ class Recording:
     float32, so that a replay reproduces the target bit for bit. A run without a sample leaves
     neither files nor an empty folder.
 
+    Parameters
+    ----------
+    folder, outputs
+        where the files are written, and the measured outputs of the record.
+    orders
+        of the estimator; None for a ServoEstimator.
+
     Attributes
     ----------
     samples
         number of samples written so far.
     """
 
-    def __init__(self, folder: Path, outputs: Sequence[str], orders: ArxOrders) -> None:
+    def __init__(self, folder: Path, outputs: Sequence[str], orders: ArxOrders | None) -> None:
         folder.mkdir(parents=True, exist_ok=True)
         self.samples = 0
         self._folder = folder
         self._outputs = tuple(outputs)
+        self._answer = _columns(ServoResult if orders is None else Result)
         self._record = Table(folder / RECORD, ("time_s", "command_v", *self._outputs))
         try:
-            self._estimates = Table(folder / ESTIMATES, (*ESTIMATE_COLUMNS, *orders.names))
+            columns = (*_FRONT, *self._answer, *_BEHIND, *(() if orders is None else orders.names))
+            self._estimates = Table(folder / ESTIMATES, columns)
         except OSError:
             self._record.close()
             raise
@@ -97,7 +102,7 @@ class Recording:
         time_s: float,
         outputs: Mapping[str, float],
         reference_m: float,
-        result: Result,
+        result: SampleAnswer,
         counters: Counters,
         restarts: int,
     ) -> None:
@@ -109,12 +114,12 @@ class Recording:
             (
                 time_s,
                 reference_m,
-                *(getattr(result, name) for name in ANSWER_COLUMNS),
+                *(getattr(result, name) for name in self._answer),
                 counters.asked_again,
                 counters.bad_frames + result.bad_frames,
                 result.trips,
                 restarts,
-                *result.theta,
+                *(result.theta if isinstance(result, Result) else ()),
             )
         )
         self.samples += 1

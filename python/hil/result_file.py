@@ -3,13 +3,15 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Literal
 
 import ehsid
+from ehsid.harness.models.estimation.servo import ServoPath
 
-from .answers import Identity
+from .answers import Identity, Result
 from .comparison import Agreement, rmse
 from .configuration import POLICIES
 from .run import RunResult
@@ -39,6 +41,37 @@ class Parameter:
 
 
 @dataclass(frozen=True)
+class ServoFigures:
+    """K, omega_n or xi of a servo: the last one that was trusted, or else that of the end.
+
+    Attributes
+    ----------
+    value, ci90
+        the value and its 90 % interval; null before there is one.
+    trusted
+        whether it was trusted, at the end or for a tenth of the samples.
+    reason_at_end, trusted_share
+        why it is not trusted at the end, or "trusted"; share of the samples at which it was.
+    """
+
+    value: float | None
+    ci90: tuple[float, float] | None
+    trusted: bool
+    reason_at_end: str
+    trusted_share: float
+
+
+@dataclass(frozen=True)
+class ServoFound:
+    """What a ServoEstimator told: K in m/s per V, omega_n in rad/s, xi; delay in samples."""
+
+    gain: ServoFigures
+    omega_n: ServoFigures
+    xi: ServoFigures
+    delay: int
+
+
+@dataclass(frozen=True)
 class Control:
     """The controller of a run.
 
@@ -49,7 +82,8 @@ class Control:
     gain_fixed_v_m, gain_v_m
         configured gain, and gain at the end, V/m.
     velocity_gain_m_s_v
-        velocity gain at the end, computed from the parameters, m/s/V; 0 if they give none.
+        velocity gain at the end, computed from the parameters, m/s/V; 0 if they give none. Of a
+        servo it is K.
     share_retuned, share_at_limit
         shares of the samples whose gain came from the estimate, and whose command was at its limit.
     """
@@ -75,13 +109,17 @@ class Run:
     change, change_at_sample
         factors on values of the rig, by full name, and the sample from which on they act.
     forgetting, orders
-        forgetting policy and orders of the estimator, as text.
+        forgetting policy and orders of the estimator, as text; null for a ServoEstimator.
     parameters
-        estimates by name.
+        estimates by name; none for a ServoEstimator.
     rmse_m
-        RMSE of the innovation, m.
-    forgetting_factor, fit_percent, converged, residuals_white, resets, status
-        as in the answer to the last sample.
+        RMSE of the innovation, m; null for a ServoEstimator.
+    forgetting_factor, fit_percent, converged, residuals_white
+        as in the answer to the last sample; null for a ServoEstimator.
+    resets, status
+        how often the estimator has begun anew, and the status of the last sample.
+    servo
+        what a ServoEstimator told; null for another estimator.
     controller
         what the controller did.
     equal_to_host, samples_that_differ, largest_difference
@@ -102,16 +140,17 @@ class Run:
     seconds: float
     change: Mapping[str, float]
     change_at_sample: int | None
-    forgetting: str
-    orders: str
+    forgetting: str | None
+    orders: str | None
     parameters: Mapping[str, Parameter]
     rmse_m: float
     forgetting_factor: float
     fit_percent: float
-    converged: bool
-    residuals_white: bool
+    converged: bool | None
+    residuals_white: bool | None
     resets: int
     status: str
+    servo: ServoFound | None
     controller: Control
     equal_to_host: bool
     samples_that_differ: int
@@ -168,13 +207,18 @@ def hil_file(identity: Identity, runs: Runs, provenance: Provenance) -> HilFile:
     )
 
 
+def _found(servo: ServoPath) -> ServoFound:
+    gain, omega_n, xi = (ServoFigures(**value.to_dict()) for value in servo)
+    return ServoFound(gain, omega_n, xi, servo.delay)
+
+
 def _run(name: str, run: RunResult, agreement: Agreement) -> Run:
     plan, last = run.plan, run.results[-1]
     estimator, controller = plan.configuration.estimator, plan.configuration.controller
-    samples = len(run.results)
-    estimates = zip(
-        estimator.orders.names, agreement.theta[-1], agreement.replay.deviation[-1], strict=True
-    )
+    samples, servo = len(run.results), agreement.servo
+    arx = last if isinstance(last, Result) else None
+    names = estimator.orders.names if arx else ()
+    estimates = zip(names, agreement.theta[-1], agreement.replay.deviation[-1], strict=True)
     return Run(
         name=name,
         rig=plan.rig.name,
@@ -183,19 +227,20 @@ def _run(name: str, run: RunResult, agreement: Agreement) -> Run:
         seconds=round(run.seconds, 3),
         change=dict(plan.change),
         change_at_sample=plan.change_at,
-        forgetting=repr(estimator.forgetting),
-        orders=str(estimator.orders),
+        forgetting=repr(estimator.forgetting) if arx else None,
+        orders=str(estimator.orders) if arx else None,
         parameters={
             parameter: Parameter(float(value), float(deviation))
             for parameter, value, deviation in estimates
         },
         rmse_m=rmse(run),
-        forgetting_factor=last.forgetting_factor,
-        fit_percent=last.fit_percent,
-        converged=last.converged,
-        residuals_white=last.residuals_white,
-        resets=last.resets,
+        forgetting_factor=arx.forgetting_factor if arx else math.nan,
+        fit_percent=arx.fit_percent if arx else math.nan,
+        converged=arx.converged if arx else None,
+        residuals_white=arx.residuals_white if arx else None,
+        resets=arx.resets if arx else servo.resets if servo else 0,
         status=ehsid.Status(last.status).name,
+        servo=_found(servo) if servo else None,
         controller=Control(
             controller.position_control,
             controller.fixed_gain_v_m,

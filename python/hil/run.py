@@ -23,7 +23,7 @@ from ehsid.harness.firmware.configuration import EstimatorConfiguration
 from ehsid.harness.signals.simulation.outputs import OUTPUTS, OUTPUTS_OF, as_measured
 from ehsid.harness.signals.simulation.run import prepare
 
-from .answers import Result
+from .answers import Result, SampleAnswer, ServoResult
 from .errors import HilError, TargetReset
 from .plan import Plan
 from .recording import Recording
@@ -59,14 +59,24 @@ class RunResult:
     plan: Plan
     command_v: FloatArray
     position_m: FloatArray
-    results: tuple[Result, ...]
+    results: tuple[SampleAnswer, ...]
     restarts: tuple[int, ...]
     counters: Counters
     seconds: float
     begun: Mapping[int, EstimatorConfiguration] = field(default_factory=dict)
 
+    @property
+    def arx_results(self) -> list[Result]:
+        """The answers, of an estimator of an ARX model."""
+        return [result for result in self.results if isinstance(result, Result)]
 
-Progress = Callable[[int, Result, Counters], None]
+    @property
+    def servo_results(self) -> list[ServoResult]:
+        """The answers, of a ServoEstimator."""
+        return [result for result in self.results if isinstance(result, ServoResult)]
+
+
+Progress = Callable[[int, SampleAnswer, Counters], None]
 
 
 def run_plan(
@@ -115,7 +125,7 @@ def run_plan(
     outputs = OUTPUTS_OF[plan.rig.plant]
     n_parameters = plan.configuration.estimator.orders.n_parameters
     speed = plan.reference_speed_m_s
-    results: list[Result] = []
+    results: list[SampleAnswer] = []
     positions = np.empty(plan.samples)
     restarts: list[int] = []
     begun: dict[int, EstimatorConfiguration] = {}
@@ -147,7 +157,7 @@ def run_plan(
                 begun[k] = wish
                 _begin_anew(session, plan, wish, k)
             result = _answer(session, plan, sample, restarts)
-            if len(result.theta) != n_parameters:
+            if isinstance(result, Result) and len(result.theta) != n_parameters:
                 raise HilError(
                     f"{plan.name}: the target answered sample {k} with an estimate of "
                     f"{len(result.theta)} parameters: expected the {n_parameters} of its "
@@ -229,7 +239,7 @@ def _begin_anew(
         _restart(session, wanted, first)
 
 
-def _answer(session: Session, plan: Plan, sample: Sample, restarts: list[int]) -> Result:
+def _answer(session: Session, plan: Plan, sample: Sample, restarts: list[int]) -> SampleAnswer:
     """Returns the answer to a sample; restarts a target that was reset, at most three times."""
     while True:
         try:

@@ -9,7 +9,16 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import NoReturn, TypeVar
 
-from .answers import Answer, Done, Identity, Refused, Result, parse_answer
+from .answers import (
+    Answer,
+    Done,
+    Identity,
+    Refused,
+    Result,
+    SampleAnswer,
+    ServoResult,
+    parse_answer,
+)
 from .configuration import POLICIES, Configuration
 from .errors import BadFrame, HilError, TargetReset
 from .frames import decode, encode
@@ -25,7 +34,7 @@ START_UP_S = 5.0  # start-up time of a board that was reset when its port was op
 UNREQUESTED = 0  # sequence number of a packet that the target sends without a request
 
 Request = Hello | Configuration | Start | Sample | Resume | Stop
-A = TypeVar("A", Identity, Done, Result)
+A = TypeVar("A", Identity, Done, Result, ServoResult)
 
 CHECK = (
     "is the target powered and the firmware of examples/firmware/servo on it? Is it this port, "
@@ -101,6 +110,7 @@ class Session:
         self.counters = Counters()
         self.identity: Identity | None = None
         self._line = line
+        self._servo = False
         self._timeout_s = timeout_s
         self._attempts = attempts
         self._on_event = on_event
@@ -134,10 +144,12 @@ class Session:
         TargetReset
             the target was reset.
         """
-        configuration.estimator.estimator()  # checks all ranges; the error names the setting
-        if self.identity is not None:
+        # This checks all ranges; the error names the setting.
+        (configuration.servo or configuration.estimator).estimator()
+        if self.identity is not None and configuration.servo is None:
             self._check_held(configuration, self.identity)
         self._ask(configuration, Done, "the configuration")
+        self._servo = configuration.servo is not None
 
     def start(self, first: int = 0) -> None:
         """Opens the valve; the next sample is number `first`.
@@ -149,7 +161,7 @@ class Session:
         """
         self._ask(Start(first), Done, "the start of the run")
 
-    def exchange(self, sample: Sample) -> Result:
+    def exchange(self, sample: Sample) -> SampleAnswer:
         """Sends a sample and returns the answer; the target carries the sample out exactly once.
 
         If the watchdog of the target has closed the valve, this method opens it again.
@@ -168,7 +180,11 @@ class Session:
         what = f"sample {sample.number}"
         while True:
             try:
-                result = self._ask(sample, Result, what)
+                result: SampleAnswer = (
+                    self._ask(sample, ServoResult, what)
+                    if self._servo
+                    else self._ask(sample, Result, what)
+                )
             except _Tripped:
                 self._resume(sample.number)
                 continue

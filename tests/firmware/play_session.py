@@ -24,7 +24,8 @@ C_HEADER = Path(__file__).parents[2] / "cpp" / "include" / "ehsid" / "c_api.h"
 POLICIES = len(re.findall(r"^  DO\(", C_HEADER.read_text(encoding="utf-8"), flags=re.MULTILINE))
 TIMEOUT_S = 60.0
 SAMPLES = 120
-STEP_CYCLES = slice(3 + 40, 3 + 44)
+SERVO_SAMPLES = 1500
+STEP_CYCLES = {0x84: slice(3 + 40, 3 + 44), 0x87: slice(3 + 41, 3 + 45)}
 POSITION_CONTROL, SEED, FOLLOW, OFFSET, RESET = 4, 8, 16, 1, 2
 
 
@@ -82,6 +83,33 @@ def configuration(policy: int, flags: int) -> bytes:
     return body
 
 
+def servo_configuration() -> bytes:
+    body = struct.pack("<2B2f", 2, POSITION_CONTROL | FOLLOW, 0.05, 0.3)
+    return body + struct.pack("<8fI", 0.01, 40, 2, 6, 2, 10, 200, 0.05, 60_000)
+
+
+def servo_run(requests: Requests, chance: random.Random) -> None:
+    """A ServoEstimator until it trusts K, and behind a hole, a glitch and a hold."""
+    requests.ask(0x01, struct.pack("<H", 3))
+    requests.ask(0x07, servo_configuration()[:-1])  # too short
+    requests.ask(0x07, servo_configuration())
+    requests.ask(0x03, struct.pack("<I", 2000))
+    position = velocity = acceleration = 0.0
+    reference = 0.1
+    for k in range(SERVO_SAMPLES):
+        if k % 40 == 0 and not 800 <= k < 1000:
+            reference = chance.choice((0.1, -0.1, 0.05))
+        # The target's command is not known here: this is of a controller like it.
+        command = max(-6.0, min(6.0, 40 * (reference - position)))
+        measured = {700: math.nan, 720: 1e30}.get(k, position + chance.uniform(-1e-5, 1e-5))
+        requests.ask(0x04, struct.pack("<I4f", 2000 + k, measured, reference, 0.0, 0.0))
+        for _ in range(10):
+            acceleration += 1e-3 * (625 * (0.05 * command - velocity) - 20 * acceleration)
+            velocity += 1e-3 * acceleration
+            position += 1e-3 * velocity
+    requests.ask(0x06)
+
+
 def session() -> Requests:
     """Every policy in both sizes; what is refused, asked again, damaged; numbers out of range."""
     chance = random.Random(1)
@@ -89,7 +117,7 @@ def session() -> Requests:
     requests.ask(0x04, bytes(20))  # not in this state
     for policy in range(POLICIES):
         for flags in (POSITION_CONTROL | FOLLOW | RESET, OFFSET | SEED | FOLLOW | POSITION_CONTROL):
-            requests.ask(0x01, struct.pack("<H", 2))
+            requests.ask(0x01, struct.pack("<H", 3))
             requests.ask(0x02, configuration(9, flags))  # no such policy
             requests.ask(0x02, configuration(policy, flags))
             requests.ask(0x03, struct.pack("<I", 1000))
@@ -109,6 +137,7 @@ def session() -> Requests:
             requests.ask(0x04, bytes(20))  # out of order
             requests.ask(0x06)
             requests.ask(0x7F)  # no such request
+    servo_run(requests, chance)
     return requests
 
 
@@ -141,8 +170,8 @@ def play(command: list[str], requests: Requests) -> list[bytes]:
 def comparable(packet: bytes) -> bytes:
     """Without CRC, and without what is the machine's own."""
     body = bytearray(packet[:-2])
-    if body[0] == 0x84:
-        body[STEP_CYCLES] = bytes(4)
+    if body[0] in STEP_CYCLES:
+        body[STEP_CYCLES[body[0]]] = bytes(4)
     if body[0] == 0x81:
         body[-12:] = bytes(12)
     return bytes(body)
@@ -167,8 +196,13 @@ def main() -> int:
     results = kinds.count(0x84)
     runs = 2 * POLICIES
     # Else the session has shown little.
-    if results < runs * SAMPLES or kinds.count(0x85) != 1 + runs * 3 or not followed:
+    if results < runs * SAMPLES or kinds.count(0x85) != 2 + runs * 3 or not followed:
         print(f"FAILED {results} results, {kinds.count(0x85)} refusals, {followed} gains followed")
+        return 1
+    observed = [packet for packet in target if packet[0] == 0x87]
+    trusted = sum(packet[3 + 22] == 0 for packet in observed)
+    if len(observed) != SERVO_SAMPLES or not 0 < trusted < SERVO_SAMPLES:
+        print(f"FAILED {len(observed)} results of the servo, K trusted in {trusted}")
         return 1
     if target[0][-14:-2].rstrip(b"\0") != machine.encode():
         print(f"FAILED {machine} calls itself {target[0][-14:-2]!r}")

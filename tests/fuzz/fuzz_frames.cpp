@@ -114,8 +114,7 @@ std::vector<std::uint8_t> configuration(fuzz::Data& data) {
   const int flags = data.up_to(31) & ~servo::kSeed;
   body.byte(static_cast<std::uint8_t>(flags));
   const std::array<float, 4> scaling{5.0F, 0.25F, 0.0F, 0.0F};
-  const std::array<float, 10> forgetting{0.995F, 0.98F, 0.9F, 60.0F, 0.8F,
-                                         1e-4F,  2.0F,  1.5F, 0.01F, 1e-5F};
+  const std::array<float, 8> forgetting{0.995F, 0.98F, 0.9F, 60.0F, 0.8F, 1e-4F, 2.0F, 1.5F};
   const std::array<float, 6> guards{-1.0F, 1e6F, 5.0F, 60.0F, 8.0F, 1.5F};
   for (const float value : scaling) {
     body.real(value);
@@ -134,10 +133,21 @@ std::vector<std::uint8_t> configuration(fuzz::Data& data) {
   std::vector<std::uint8_t> made = body.bytes();
   for (int changes = data.up_to(3); changes > 0; --changes) {
     const float value = data.real();
-    const std::size_t place = 5 + 4 * static_cast<std::size_t>(data.up_to(35));
+    const std::size_t place = 5 + 4 * static_cast<std::size_t>(data.up_to(33));
     std::memcpy(made.data() + place, &value, sizeof value);
   }
   return made;
+}
+
+/// The same of a ServoEstimator.
+std::vector<std::uint8_t> servo_configuration(fuzz::Data& data) {
+  Body body;
+  body.byte(static_cast<std::uint8_t>(data.up_to(21)));
+  body.byte(static_cast<std::uint8_t>(data.up_to(31) & servo::kServoFlags));
+  for (const float value : {0.02F, 0.1F, 0.01F, 40.0F, 2.0F, 6.0F, 2.0F, 10.0F, 200.0F, 0.05F}) {
+    body.real(data.up_to(15) == 0 ? data.real() : value);
+  }
+  return body.word(100).bytes();
 }
 
 std::vector<std::uint8_t> sample(fuzz::Data& data, std::uint32_t number) {
@@ -173,7 +183,11 @@ int LLVMFuzzerTestOneInput(const std::uint8_t* bytes, std::size_t count) {
         line.request(0x01, false, {1, 0});  // hello
         break;
       case 3:
-        line.request(0x02, false, configuration(data));
+        if (data.coin()) {
+          line.request(0x02, false, configuration(data));
+        } else {
+          line.request(0x07, false, servo_configuration(data));
+        }
         break;
       case 4:
         number = data.coin() ? data.next<std::uint32_t>() : 0;

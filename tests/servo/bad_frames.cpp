@@ -58,7 +58,8 @@ void packet(const char* wrong, const char* shown, const Packet& bytes) {
   line(wrong, shown, test::framed(bytes));
 }
 
-void configuration(const char* wrong, const char* shown, const Settings& settings) {
+template <class Wanted>
+void configuration(const char* wrong, const char* shown, const Wanted& settings) {
   Host host;
   host.hello();
   say(wrong, shown, host, host.configure(settings));
@@ -89,6 +90,8 @@ void packets() {
   packet("a hello that is too long", "hello of 3 bytes", {1, 1, 0, 1, 0, 9});
   packet("a configuration cut short", "configure of 10 bytes",
          {2, 1, 0, 3, 3, 3, 3, 1, 0, 0, 0, 0, 0});
+  packet("a configuration of a servo cut short", "configure_servo of 4 bytes",
+         {7, 1, 0, 1, 4, 0, 0});
   packet("a start without its number", "start of 0 bytes", {3, 1, 0});
   packet("a sample that is too short", "sample of 4 bytes", {4, 1, 0, 0, 0, 0, 0});
   packet("a start before a configuration", "start(0)", {3, 1, 0, 0, 0, 0, 0});
@@ -146,6 +149,15 @@ void configurations() {
   settings = {};
   settings.watchdog_ms = 0;
   configuration("a watchdog of 0 ms", "configure(watchdog_ms = 0)", settings);
+  test::ServoSettings servo;
+  servo.delay = 0;
+  configuration("a servo without a delay", "configure_servo(delay = 0)", servo);
+  servo = {};
+  servo.tolerance = std::numeric_limits<float>::quiet_NaN();
+  configuration("a tolerance that is not a number", "configure_servo(tolerance = NaN)", servo);
+  servo = {};
+  servo.flags |= ::servo::kSeed;
+  configuration("a servo from an estimate", "configure_servo(flags = seed)", servo);
 }
 
 }  // namespace

@@ -118,6 +118,25 @@ struct Settings {
   }
 };
 
+/// What a configuration of a ServoEstimator says; the controller and the sampling time are those of Settings.
+struct ServoSettings {
+  std::uint8_t delay = 1;
+  std::uint8_t flags = servo::kPositionControl | servo::kFollowEstimate;
+  float drift = 0.02F;
+  float tolerance = 0.1F;
+  std::vector<float> controller = Settings{}.controller;
+  std::uint32_t watchdog_ms = 100;
+
+  Packet bytes() const {
+    Body body;
+    body.add(delay).add(flags).add(drift).add(tolerance);
+    for (const float value : controller) {
+      body.add(value);
+    }
+    return body.add(watchdog_ms).bytes;
+  }
+};
+
 class Host {
  public:
   Host() {
@@ -150,6 +169,7 @@ class Host {
 
   Heard hello() { return ask(1, {1, 0}); }
   Heard configure(const Settings& settings = {}) { return ask(2, settings.bytes()); }
+  Heard configure(const ServoSettings& settings) { return ask(7, settings.bytes()); }
   Heard start(std::uint32_t first = 0) { return ask(3, Body().add(first).bytes); }
   Heard sample(std::uint32_t number, float position, float reference = 0.0F, float velocity = 0.0F,
                float direct = 0.0F) {

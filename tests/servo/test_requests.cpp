@@ -21,7 +21,7 @@ TEST(Requests, SaysWhoItIs) {
   const Heard identity = host.hello();
   EXPECT_EQ(identity.kind, 0x81);
   ASSERT_EQ(identity.body.size(), 20U);
-  EXPECT_EQ(at<std::uint16_t>(identity.body, 0), 2);           // protocol
+  EXPECT_EQ(at<std::uint16_t>(identity.body, 0), 3);           // protocol
   EXPECT_EQ(identity.body[5], (1U << ehsid::kPolicies) - 1U);  // a bit for each policy
   EXPECT_EQ(at<std::uint16_t>(identity.body, 6), 0xC0);        // n = 6 and 7
   EXPECT_EQ(Packet(identity.body.begin() + 8, identity.body.end()),

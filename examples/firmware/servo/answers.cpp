@@ -56,4 +56,24 @@ void write_result(Writer& out, std::uint32_t number, const Result& result, const
   }
 }
 
+void write_servo_result(Writer& out, std::uint32_t number, const Result& result,
+                        const Counts& counts) {
+  const ehsid_tracked_servo& servo = result.servo;
+  out.u32(number);
+  out.f32(result.command.volts);
+  out.f32(result.gain_v_m);
+  out.u8(static_cast<std::uint8_t>(result.status));
+  out.u8(static_cast<std::uint8_t>((result.gain_from_estimate ? kGainFromEstimate : 0) |
+                                   (result.command.at_limit ? kAtLimit : 0)));
+  for (const ehsid_tracked_value* value : {&servo.gain, &servo.omega_n, &servo.xi}) {
+    out.f32(value->value);
+    out.f32(value->half_width);
+    out.u8(static_cast<std::uint8_t>(value->reason));
+  }
+  out.u32(counts.step_cycles);
+  out.u16(counts.bad_frames);
+  out.u16(counts.repeated);
+  out.u16(counts.trips);
+}
+
 }  // namespace servo

@@ -6,7 +6,7 @@
 
 namespace servo {
 
-/// What a `result` says beside the sample.
+/// What a `result` or `servo_result` says beside the sample.
 struct Counts {
   std::uint32_t step_cycles;
   std::uint16_t bad_frames;
@@ -16,5 +16,7 @@ struct Counts {
 
 void write_identity(Writer& out, const char* board);
 void write_result(Writer& out, std::uint32_t number, const Result& result, const Counts& counts);
+void write_servo_result(Writer& out, std::uint32_t number, const Result& result,
+                        const Counts& counts);
 
 }  // namespace servo

@@ -69,14 +69,14 @@ void read_estimator(Reader& in, const Head& head, ehsid_configuration& c) {
   c.seed = nullptr;  // set where the seed stays, in ControlLoop::configure
 }
 
-void read_controller(Reader& in, const Head& head, ControllerSettings& s) {
+void read_controller(Reader& in, std::uint8_t flags, ControllerSettings& s) {
   for (float* value :
        {&s.sample_time_s, &s.fixed_gain_v_m, &s.feed_forward_v_s_m, &s.command_limit_v,
         &s.bandwidth_rad_s, &s.gain_min_v_m, &s.gain_max_v_m, &s.gain_step}) {
     *value = in.f32();
   }
-  s.position_control = head.has(kPositionControl);
-  s.follow_estimate = head.has(kFollowEstimate);
+  s.position_control = (flags & kPositionControl) != 0;
+  s.follow_estimate = (flags & kFollowEstimate) != 0;
 }
 
 void read_seed(Reader& in, std::size_t n, ehsid_estimate& seed) {
@@ -90,6 +90,13 @@ void read_seed(Reader& in, std::size_t n, ehsid_estimate& seed) {
     seed.u[i] = in.f32();
   }
   seed.noise_variance = in.f32();
+}
+
+/// Whether watchdog and controller are.
+Reason in_range(const Configuration& configuration) {
+  const bool good = configuration.watchdog_ms >= 1 && configuration.watchdog_ms <= kMaxWatchdogMs &&
+                    configuration.controller.valid();
+  return good ? Reason::none : Reason::configuration;
 }
 
 }  // namespace
@@ -113,16 +120,30 @@ Reason read_configuration(Bytes body, Configuration& configuration) {
     return Reason::not_in_firmware;  // before the seed, whose arrays have room for what it holds
   }
   read_estimator(in, head, configuration.estimator);
-  read_controller(in, head, configuration.controller);
+  read_controller(in, head.flags, configuration.controller);
   configuration.watchdog_ms = in.u32();
   configuration.has_seed = head.has(kSeed);
   if (configuration.has_seed) {
     read_seed(in, head.parameters(), configuration.seed);
   }
-  const bool in_range = configuration.watchdog_ms >= 1 &&
-                        configuration.watchdog_ms <= kMaxWatchdogMs &&
-                        configuration.controller.valid();
-  return in_range ? Reason::none : Reason::configuration;
+  return in_range(configuration);
+}
+
+Reason read_servo_configuration(Bytes body, Configuration& configuration) {
+  Reader in(body);
+  ehsid_servo_settings& servo = configuration.servo;
+  configuration.tracks_servo = true;
+  servo.delay = in.u8();
+  const std::uint8_t flags = in.u8();
+  if ((flags & ~kServoFlags) != 0) {
+    return Reason::configuration;
+  }
+  servo.drift = in.f32();
+  servo.tolerance = in.f32();
+  read_controller(in, flags, configuration.controller);
+  servo.dt_s = configuration.controller.sample_time_s;
+  configuration.watchdog_ms = in.u32();
+  return in_range(configuration);
 }
 
 }  // namespace servo

@@ -11,8 +11,9 @@ struct Result {
   Command command;
   float gain_v_m;  // that the command was made with
   bool gain_from_estimate;
-  float velocity_gain_m_s_v;  // of the estimate after this sample; 0 where it gives none
   ehsid_status status;
+  ehsid_tracked_servo servo;  // of a ServoEstimator; what follows is of the other estimators
+  float velocity_gain_m_s_v;  // of the estimate after this sample; 0 where it gives none
   ehsid_report report;
   std::size_t parameters;
   float theta[kMaxParameters];
@@ -30,12 +31,21 @@ class ControlLoop {
   /// To the fixed gain. The estimate is kept.
   void fall_back();
 
+  /// Whether the estimator is a ServoEstimator.
+  bool tracks_servo() const { return servo_ != nullptr; }
+
   /// u(k) from y(k) and the estimate of t_{k-1}; then (u(k), y(k)) into the estimator.
   Result sample(const Sample& now);
 
  private:
-  std::uint64_t storage_[EHSID_STORAGE_WORDS(kMaxParameters)] = {};
+  void step_arx(float volts, float position_m, Result& result);
+  void step_servo(float volts, float position_m, Result& result);
+
+  // One estimator at a time; its pointer is the one that is not null.
+  static_assert(EHSID_STORAGE_WORDS(kMaxParameters) <= EHSID_SERVO_STORAGE_WORDS);
+  std::uint64_t storage_[EHSID_SERVO_STORAGE_WORDS] = {};
   ehsid_estimator* estimator_ = nullptr;
+  ehsid_servo_estimator* servo_ = nullptr;
   Controller controller_;
   std::size_t na_ = 0;
   std::size_t nb_ = 0;

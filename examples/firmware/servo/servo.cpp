@@ -12,6 +12,8 @@ bool known(Request request, Bytes body) {
       return body.count == kHelloBytes;
     case Request::configure:
       return configure_length_right(body);
+    case Request::configure_servo:
+      return body.count == kConfigureServoBytes;
     case Request::start:
       return body.count == kStartBytes;
     case Request::sample:
@@ -93,7 +95,8 @@ Servo::Refusal Servo::carry_out(Request request, Bytes body) {
   const Refusal not_now{Reason::state, EHSID_OK};
   switch (request) {
     case Request::configure:
-      return state_ == State::idle || state_ == State::ready ? configure(body) : not_now;
+    case Request::configure_servo:
+      return state_ == State::idle || state_ == State::ready ? configure(request, body) : not_now;
     case Request::start:
       if (state_ != State::ready) {
         return not_now;
@@ -123,9 +126,10 @@ Servo::Refusal Servo::carry_out(Request request, Bytes body) {
   return {Reason::unknown, EHSID_OK};
 }
 
-Servo::Refusal Servo::configure(Bytes body) {
+Servo::Refusal Servo::configure(Request request, Bytes body) {
   Configuration wanted{};
-  const Reason reason = read_configuration(body, wanted);
+  const Reason reason = request == Request::configure_servo ? read_servo_configuration(body, wanted)
+                                                            : read_configuration(body, wanted);
   if (reason != Reason::none) {
     return {reason, reason == Reason::configuration ? EHSID_INVALID_ARGUMENT : EHSID_OK};
   }
@@ -176,8 +180,9 @@ Bytes Servo::done(std::uint16_t sequence) {
 
 Bytes Servo::result(std::uint16_t sequence) {
   const Counts counts{step_cycles_, reader_.bad_frames.value(), repeated_.value(), trips_.value()};
-  Writer out = answer_.begin(Answer::result, sequence);
-  write_result(out, expected_ - 1, result_, counts);
+  const bool tracks = loop_.tracks_servo();
+  Writer out = answer_.begin(tracks ? Answer::servo_result : Answer::result, sequence);
+  (tracks ? write_servo_result : write_result)(out, expected_ - 1, result_, counts);
   return answer_.finish(out);
 }
 

@@ -39,7 +39,7 @@ class Servo {
   Bytes answer(Bytes packet, std::uint32_t now_ms);
   bool late(std::uint16_t sequence) const;
   Refusal carry_out(Request request, Bytes body);
-  Refusal configure(Bytes body);
+  Refusal configure(Request request, Bytes body);
   Refusal take_sample(Bytes body);
   Bytes identity(std::uint16_t sequence, FrameWriter& frame);
   Bytes done(std::uint16_t sequence);

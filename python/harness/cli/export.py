@@ -16,7 +16,7 @@ from .console import Console, note
 from .log_options import Maps, SamplingTime, hints_of, read_io
 from .next_command import Given, estimate_line
 from .options import InputColumn, Offset, OutputColumn, RecordFile, Reset
-from .policy_option import Lambda0, PolicyName, PolicySettings, make_policy, read_settings
+from .policy_option import Lambda0, PolicyName, PolicySettings, make_policy, servo_settings
 
 if TYPE_CHECKING:
     from ..models.identification import ArxOrders, IoData
@@ -32,15 +32,6 @@ def _orders(data: IoData, given: tuple[int | None, ...], choose: bool, offset: b
     defaults = zip(given, (3, 3, 1), strict=True)
     na, nb, nk = (default if value is None else value for value, default in defaults)
     return ArxOrders(na, nb, nk, offset=offset)
-
-
-def _only_of_arx(given: dict[str, bool]) -> None:
-    """Refuses options of an ARX model beside --servo."""
-    wrong = [option for option, is_given in given.items() if is_given]
-    if wrong:
-        raise ValueError(
-            f"{wrong[0]} is of an ARX model, which --servo does not use; leave one of them out"
-        )
 
 
 def export_command(
@@ -106,7 +97,8 @@ def export_command(
     check_name(name)
     path = out or Path(FILE_NAMES[c])
     if servo:
-        _only_of_arx(
+        chosen = servo_settings(
+            setting,
             {
                 "--na": na is not None,
                 "--nb": nb is not None,
@@ -117,10 +109,8 @@ def export_command(
                 "--lambda0": lambda0 is not None,
                 "--no-reset": not reset,
                 "--inflation": inflation is not None,
-            }
+            },
         )
-        names = {one: one for one in ("delay", "drift", "tolerance")}
-        chosen = read_settings(setting, names, "ServoEstimator", {})
         with result_files(path, "export", inputs=[record]) as folder:
             data, _ = read_io(record, input_name, output_name, hints_of(maps, sampling_time))
             with about(record):

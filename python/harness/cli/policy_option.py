@@ -69,6 +69,28 @@ def make_policy(
     return info.policy(**read_settings(settings, names, f"{name} forgetting", values))
 
 
+def servo_settings(settings: Sequence[str] | None, given: Mapping[str, bool]) -> dict[str, float]:
+    """Returns the settings of a ServoEstimator that --setting gives beside --servo.
+
+    Parameters
+    ----------
+    given
+        options of an ARX model, and whether they are given.
+
+    Raises
+    ------
+    ValueError
+        an option of an ARX model is given, or a setting is none of a ServoEstimator.
+    """
+    wrong = [option for option, is_given in given.items() if is_given]
+    if wrong:
+        raise ValueError(
+            f"{wrong[0]} is of an ARX model, which --servo does not use; leave one of them out"
+        )
+    names = {one: one for one in ("delay", "drift", "tolerance")}
+    return read_settings(settings, names, "ServoEstimator", {})
+
+
 def read_settings(
     settings: Sequence[str] | None, names: Mapping[str, str], of: str, given: dict[str, float]
 ) -> dict[str, float]:

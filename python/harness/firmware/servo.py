@@ -3,8 +3,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -31,6 +31,31 @@ class ServoSettings:
     drift: float = 0.02
     tolerance: float = 0.1
 
+    @classmethod
+    def chosen(cls, dt_s: float, chosen: Mapping[str, float]) -> ServoSettings:
+        """Returns the defaults with some of delay, drift and tolerance replaced.
+
+        Raises
+        ------
+        ValueError
+            a setting is out of its range; the message names it.
+        """
+        delay = chosen.get("delay", 1)
+        if delay not in range(1, MOST_DELAY + 1):
+            raise ValueError(
+                f"delay {delay:g}: expected a whole number of samples, 1 to {MOST_DELAY}"
+            )
+        others = {name: number for name, number in chosen.items() if name != "delay"}
+        made = cls(dt_s, int(delay), **others)
+        made.estimator()  # checks the others
+        return made
+
+    def __str__(self) -> str:
+        return (
+            f"ServoEstimator, {self.dt_s:.6g} s, delay {self.delay}, drift {self.drift:g}, "
+            f"tolerance {self.tolerance:g}"
+        )
+
     def estimator(self) -> ehsid.ServoEstimator:
         """Returns a new estimator in float32, as on the target."""
         return ehsid.ServoEstimator(
@@ -55,11 +80,7 @@ class ServoHeader:
     @property
     def summary(self) -> str:
         """What the header holds, and what the estimator finds in the record, in one line."""
-        one = self.settings
-        return (
-            f"ServoEstimator, {one.dt_s:.6g} s, delay {one.delay}, drift {one.drift:g}, "
-            f"tolerance {one.tolerance:g}; in the record {self.servo}; {self.tested}"
-        )
+        return f"{self.settings}; in the record {self.servo}; {self.tested}"
 
 
 def self_test_values(settings: ServoSettings) -> list[float]:
@@ -105,7 +126,7 @@ def render_servo_header(
 
 
 def servo_header_of_record(
-    source: Path, data: IoData, chosen: dict[str, float], *, name: str = "servo", c: bool = False
+    source: Path, data: IoData, chosen: Mapping[str, float], *, name: str = "servo", c: bool = False
 ) -> ServoHeader:
     """Runs the estimator over a record, and returns the header that configures it.
 
@@ -128,14 +149,11 @@ def servo_header_of_record(
         raise IdentificationError(
             "the sampling time of the record is not known, and a servo needs it; give --dt"
         )
-    delay = chosen.get("delay", 1)
-    if delay not in range(1, MOST_DELAY + 1):
-        raise ValueError(f"delay {delay:g}: expected a whole number of samples, 1 to {MOST_DELAY}")
-    servo = estimate_servo(data, int(delay))
+    settings = ServoSettings.chosen(data.dt_s, chosen)
+    servo = estimate_servo(data, settings.delay)
     assert servo is not None  # the sampling time is known
-    delay = delay if "delay" in chosen else servo.delay
-    others = {name: number for name, number in chosen.items() if name != "delay"}
-    settings = ServoSettings(data.dt_s, int(delay), **others)
+    if "delay" not in chosen:
+        settings = replace(settings, delay=servo.delay)
     provenance = [
         f"Record {source.name}, {data.n_samples} samples at {data.dt_s:.6g} s,",
         f"sha256 {sha256_of(source)};" if source.is_file() else "a folder;",

@@ -25,7 +25,8 @@ def estimation_figure(result: EstimationResult, dt_s: float | None) -> Figure:
     figure, axes = stacked(8.0 if servo is None else 9.5, heights, xlabel=label)
     upper, middle, lower = axes[-3:]
     if servo is not None:
-        _draw_gain(axes[0], x, servo.gain)
+        draw_servo_value(axes[0], x, servo.gain)
+        axes[0].set_title("servo: K with its 90 % band")
     # The first samples and those after a reset vary by orders of magnitude. The axis follows the
     # other samples.
     settled = result.theta_path[result.theta_path.shape[0] // 10 :]
@@ -48,22 +49,21 @@ def estimation_figure(result: EstimationResult, dt_s: float | None) -> Figure:
     return figure
 
 
-def _draw_gain(axes: Axes, x: FloatArray, gain: ServoValue) -> None:
-    """Draws K with its 90 % band, in one colour where it is trusted and in another where not."""
+def draw_servo_value(axes: Axes, x: FloatArray, told: ServoValue) -> None:
+    """Draws K, omega_n or xi with its 90 % band, in another colour where it is not trusted."""
     for shown, colour, word in (
-        (gain.trusted_path, BLUE, "trusted"),
-        (~gain.trusted_path, VERMILION, "not trusted"),
+        (told.trusted_path, BLUE, "trusted"),
+        (~told.trusted_path, VERMILION, "not trusted"),
     ):
-        value, half = (np.where(shown, path, np.nan) for path in (gain.path, gain.half_path))
+        value, half = (np.where(shown, path, np.nan) for path in (told.path, told.half_path))
         curves = (value - half, value, value + half)
         draw_band(axes, x, curves, label=word, linewidth=1.4, color=colour)
-    known = gain.path[gain.trusted_path if gain.trusted else np.isfinite(gain.path)]
+    known = told.path[told.trusted_path if told.trusted else np.isfinite(told.path)]
     if known.size:
         low, high = (float(one) for one in np.quantile(known, [0.02, 0.98]))
         margin = 0.3 * (high - low) + 0.1 * abs(high)
         axes.set_ylim(low - margin, high + margin)
-    axes.set_ylabel(f"K, {gain.unit}", parse_math=False)
-    axes.set_title("servo: K with its 90 % band")
+    axes.set_ylabel(", ".join(filter(None, (told.name, told.unit))), parse_math=False)
     axes.legend(ncols=2)
 
 

@@ -13,6 +13,7 @@ from .text_table import TextTable
 
 if TYPE_CHECKING:
     from ..models.estimation import EstimationResult
+    from ..models.estimation.servo import ServoPath
     from ..models.identification import IdentificationResult
     from ..signals.simulation import SimulationRun
 
@@ -74,10 +75,13 @@ def identification_lines(result: IdentificationResult) -> list[str]:
 
 def servo_table(result: EstimationResult) -> TextTable | None:
     """Returns K, omega_n and xi with their intervals and trust; None where there is no servo."""
-    if result.servo is None:
-        return None
+    return None if result.servo is None else servo_path_table(result.servo)
+
+
+def servo_path_table(servo: ServoPath) -> TextTable:
+    """Returns K, omega_n and xi over a record with their intervals and trust."""
     rows = []
-    for value in result.servo:
+    for value in servo:
         plain = value.to_dict()
         low, high = plain["ci90"] or (math.nan, math.nan)
         told = "-" if plain["value"] is None else f"{plain['value']:.4g} {value.unit}".rstrip()
@@ -85,7 +89,7 @@ def servo_table(result: EstimationResult) -> TextTable | None:
         trusted = f"{100.0 * value.trusted_share:.0f} % of the record"
         rows.append((value.name, told, interval, trusted))
     headings = ("servo", "value", "90 % interval", "trusted")
-    return TextTable(headings, tuple(rows), title=f"delay in samples: {result.servo.delay}")
+    return TextTable(headings, tuple(rows), title=f"delay in samples: {servo.delay}")
 
 
 def servo_lines(result: EstimationResult) -> list[str]:

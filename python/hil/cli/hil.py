@@ -24,7 +24,13 @@ from ehsid.harness.cli.options import (
     RigOrPublished,
     SignalName,
 )
-from ehsid.harness.cli.policy_option import Lambda0, PolicyName, PolicySettings, make_policy
+from ehsid.harness.cli.policy_option import (
+    Lambda0,
+    PolicyName,
+    PolicySettings,
+    make_policy,
+    servo_settings,
+)
 
 
 def hil_command(
@@ -65,6 +71,14 @@ def hil_command(
     bandwidth: Annotated[
         float | None, typer.Option(help="of the position loop, Hz; default at most 2")
     ] = None,
+    servo: Annotated[
+        bool,
+        typer.Option(
+            "--servo",
+            help="ServoEstimator, for K, omega_n and xi, in place of an ARX model; --setting then "
+            "takes delay, drift and tolerance",
+        ),
+    ] = False,
     retune: Annotated[
         bool, typer.Option("--retune/--no-retune", help="let the gain follow the estimate")
     ] = True,
@@ -107,6 +121,8 @@ def hil_command(
     Example: ehsid hil --qemu build/firmware/servo_an386.elf
 
     Example: ehsid hil --port /dev/ttyACM0 --rig rig.toml --loop position --real-time
+
+    Example: ehsid hil --qemu build/firmware/servo_an386.elf --loop position --servo
     """
     from ehsid.harness.base.encoding import json_text
     from ehsid.harness.models.identification import ArxOrders
@@ -127,18 +143,28 @@ def hil_command(
     if not 0.0 < dt < math.inf:
         raise ValueError(f"--dt {dt:g}: expected a finite number of seconds > 0")
     rig = published_rig() if rig_file is None else read_rig(rig_file)
+    chosen = None
+    if servo:
+        arx = {
+            "--forgetting": forgetting != "f-ratio",
+            "--lambda0": lambda0 is not None,
+            **{f"--{name}": value != 3 for name, value in (("na", na), ("nb", nb))},
+            "--nk": nk != 1,
+        }
+        chosen = servo_settings(setting, arx)
     options = HilOptions(
         loop,
         LoopRun(
             loop is HilLoop.position,
             SignalOptions(excitation, duration, dt, amplitude, seed),
             bandwidth,
-            make_policy(forgetting, lambda0, setting),
+            make_policy(forgetting, lambda0, None if servo else setting),
             ArxOrders(na, nb, nk, offset=True),
             retune,
             parse_settings(effect or []),
             WATCHDOG_MS + (round(2000.0 * dt) if real_time else 0),
         ),
+        chosen,
     )
     plans = options.plans(rig, rig if actual is None else read_rig(actual))
     console = Console(stderr=True)

@@ -17,21 +17,24 @@ from ehsid.harness.base.time_to_go import TimeToGo
 from ehsid.harness.cli.console import Console, PlainColumn
 from ehsid.harness.cli.progress import LeftColumn, left_words
 
-from ..answers import Result
+from ..answers import Result, SampleAnswer
 from ..session import Counters
 
 LINE_EVERY_S = 10.0
 BAR_EVERY_S = 0.1
 
-Update = Callable[[int, Result, Counters], None]
+Update = Callable[[int, SampleAnswer, Counters], None]
 
 
-def state_text(rate: float, result: Result, counters: Counters) -> str:
-    """Returns sample rate, fit, lambda, status, and the errors on the line so far, as text."""
-    text = (
-        f"{rate:.0f}/s, fit {result.fit_percent:.1f} %, lambda {result.forgetting_factor:.4f}, "
-        f"{ehsid.Status(result.status).name}"
+def state_text(rate: float, result: SampleAnswer, counters: Counters) -> str:
+    """Returns sample rate, fit and lambda or K, status, and the errors on the line, as text."""
+    told = (
+        f"fit {result.fit_percent:.1f} %, lambda {result.forgetting_factor:.4f}"
+        if isinstance(result, Result)
+        else f"K {result.velocity_gain_m_s_v:.4g} m/s per V "
+        f"({ehsid.TrustReason(result.velocity_gain_reason).name.replace('_', ' ')})"
     )
+    text = f"{rate:.0f}/s, {told}, {ehsid.Status(result.status).name}"
     troubles = {
         "sent again": counters.asked_again,
         "damaged": counters.bad_frames,
@@ -78,7 +81,7 @@ def live(
         if console.is_terminal:
             task = bar.add_task(name, total=samples, state="", to_go=to_go)
 
-        def update(done: int, result: Result, counters: Counters) -> None:
+        def update(done: int, result: SampleAnswer, counters: Counters) -> None:
             nonlocal last
             now = clock()
             if now - last < (LINE_EVERY_S if task is None else BAR_EVERY_S) and done < samples:

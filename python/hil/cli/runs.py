@@ -22,7 +22,7 @@ from ..errors import HilError
 from ..loop import LoopRun, with_machine
 from ..offered_loop import offered_loop
 from ..page import lead
-from ..plan import Plan
+from ..plan import Plan, with_servo
 from ..recording import Recording
 from ..report_files import REPORTS, write_reports
 from ..result_file import HilFile, Provenance, Run, Runs
@@ -37,6 +37,8 @@ class HilOptions:
 
     loop: HilLoop
     run: LoopRun
+    servo: Mapping[str, float] | None = None
+    """Chosen settings of a ServoEstimator; None for an ARX model."""
 
     def plans(self, rig: Rig, actual: Rig) -> dict[str, Plan]:
         """Returns the plans by folder below --out; the name "" stands for --out itself.
@@ -47,7 +49,8 @@ class HilOptions:
 
     def _plans(self, rig: Rig) -> dict[str, Plan]:
         if self.loop is not HilLoop.experiment:
-            return {"": self.run.plan(rig)}
+            plan = self.run.plan(rig)
+            return {"": plan if self.servo is None else with_servo(plan, self.servo)}
         run = self.run
         return offered_loop(self.loop.value).plans(
             rig,
@@ -55,6 +58,7 @@ class HilOptions:
             run.signal.seed,
             values=run.values,
             watchdog_ms=run.watchdog_ms,
+            servo=self.servo,
         )
 
 
@@ -80,8 +84,9 @@ def run_all(
     runs = []
     with live(console, sum(plan.samples for plan in plans.values())) as stage:
         for folder, plan in plans.items():
-            estimator = plan.configuration.estimator
-            with Recording(out / folder, OUTPUTS_OF[plan.rig.plant], estimator.orders) as recording:
+            estimator, servo = plan.configuration.estimator, plan.configuration.servo
+            orders = estimator.orders if servo is None else None
+            with Recording(out / folder, OUTPUTS_OF[plan.rig.plant], orders) as recording:
                 try:
                     run = run_plan(
                         plan,
@@ -96,13 +101,17 @@ def run_all(
                     raise HilError(
                         f"{error}; {out / folder} holds the {recording.samples} samples before"
                     ) from error
-            runs.append((folder or type(estimator.forgetting).__name__, run, compare(run)))
+            kind = type(estimator.forgetting).__name__ if servo is None else "servo"
+            runs.append((folder or kind, run, compare(run)))
     return runs
 
 
 def write_all(out: Path, identity: Identity, runs: Runs, provenance: Provenance) -> HilFile:
-    """Writes hil.html and hil.json; the experiment is shown beside the published numbers."""
-    if provenance.loop == HilLoop.experiment.value:
+    """Writes hil.html and hil.json; the experiment is shown beside the published numbers.
+
+    These are of ARX models.
+    """
+    if provenance.loop == HilLoop.experiment.value and runs[0][2].servo is None:
         offered = offered_loop(provenance.loop)
         return write_reports(
             out, identity, runs, provenance, beside=offered.beside, sources=offered.sources
@@ -121,6 +130,16 @@ def show(identity: Identity, runs: Runs, file: HilFile, out: Path) -> None:
 
 def _row(run: Run) -> dict[str, str]:
     """Returns the row of a run: its cells by heading."""
+    if run.servo is not None:
+        told = (run.servo.gain, run.servo.omega_n, run.servo.xi)
+        values = ["-" if one.value is None else f"{one.value:.4g}" for one in told]
+        return {
+            "run": run.name,
+            **dict(zip(("K, m/s per V", "omega_n, rad/s", "xi"), values, strict=True)),
+            "trusted, %": "/".join(f"{100.0 * one.trusted_share:.0f}" for one in told),
+            "resets": str(run.resets),
+            "bits": _bits(run),
+        }
     return {
         "run": run.name,
         "RMSE, mm": f"{1e3 * run.rmse_m:.4g}",
@@ -128,5 +147,9 @@ def _row(run: Run) -> dict[str, str]:
         "lambda": f"{run.forgetting_factor:.4f}",
         "resets": str(run.resets),
         "converged": "yes" if run.converged else "no",
-        "bits": "same" if run.equal_to_host else f"{run.samples_that_differ} other",
+        "bits": _bits(run),
     }
+
+
+def _bits(run: Run) -> str:
+    return "same" if run.equal_to_host else f"{run.samples_that_differ} other"

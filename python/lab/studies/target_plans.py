@@ -11,7 +11,7 @@ import numpy as np
 import ehsid
 from ehsid.harness.rigs import Rig
 from ehsid.harness.signals.simulation import PositionController, draw_noise
-from ehsid.hil.plan import WATCHDOG_MS, Plan, open_plan
+from ehsid.hil.plan import WATCHDOG_MS, Plan, open_plan, with_servo
 
 from .comparison import Contender
 from .published import DT_S
@@ -34,6 +34,7 @@ def experiment_plans(
     *,
     values: Mapping[str, float] | None = None,
     watchdog_ms: int = WATCHDOG_MS,
+    servo: Mapping[str, float] | None = None,
 ) -> dict[str, Plan]:
     """Returns the plans of the recursive part of the published experiment, by folder.
 
@@ -41,6 +42,9 @@ def experiment_plans(
     `ehsid.lab.studies.rig_records.rig_record` with this seed. There is one plan for each
     forgetting policy. If the rig has `load.mass_kg`, two more plans with the varying factor double
     the load at half of the run, without and with the reset of Fig. 4.
+
+    With `servo`, the settings of a ServoEstimator that are not its defaults, there is one plan with
+    this estimator, and one in which the load doubles.
     """
     # The random numbers are drawn in the order of `rig_record`, so that the record is the same.
     rng = np.random.default_rng(seed)
@@ -55,6 +59,12 @@ def experiment_plans(
         values=values,
         watchdog_ms=watchdog_ms,
     )
+    if servo is not None:
+        observed = with_servo(replace(plan, name=f"{rig.name}, ServoEstimator"), servo)
+        if MASS not in rig.values:
+            return {"servo": observed}
+        name, change = f"{observed.name}, load doubled", {MASS: CHANGED_LOAD}
+        return {"servo": observed, "changed": replace(observed, name=name, change=change)}
     plans = {
         folder: _with_factor(plan, factor, CONTENDERS[factor]) for folder, factor in FACTORS.items()
     }

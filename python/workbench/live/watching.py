@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from ehsid.harness.firmware.configuration import EstimatorConfiguration
-from ehsid.hil.answers import Result
+from ehsid.hil.answers import Result, SampleAnswer
 from ehsid.hil.plan import Plan
 from ehsid.hil.recording import Recording
 from ehsid.hil.session import Counters
@@ -68,11 +68,12 @@ class Watch(Recording):
         time_s: float,
         outputs: Mapping[str, float],
         reference_m: float,
-        result: Result,
+        result: SampleAnswer,
         counters: Counters,
         restarts: int,
     ) -> None:
         """Appends one sample."""
+        assert isinstance(result, Result)  # this page runs no ServoEstimator
         super().add(time_s, outputs, reference_m, result, counters, restarts)
         if restarts > self._restarts:  # the target was reset, and began with the plan's settings
             self._restarts = restarts

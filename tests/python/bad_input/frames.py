@@ -13,8 +13,11 @@ from bad_input.case import Case, Outcome
 from bad_input.tables import cases_of
 from sources import ROOT
 
+from ehsid.harness.firmware import EstimatorConfiguration, ServoSettings
+from ehsid.harness.models.identification import ArxOrders
 from ehsid.hil import cobs
 from ehsid.hil.answers import parse_answer
+from ehsid.hil.configuration import Configuration, ControllerSettings
 from ehsid.hil.errors import BadFrame, HilError
 from ehsid.hil.frames import Packet, decode, encode
 from ehsid.hil.session import Session
@@ -26,9 +29,12 @@ ABOUT = (
     "that it would give again. The first rows are frames that the host receives. Then follow "
     "targets that misbehave, and frames that the firmware of `examples/firmware/servo` receives."
 )
-IDENTITY = struct.pack("<H3BBH", 2, 1, 2, 3, 0b1001, 1 << 6) + b"board".ljust(12, b"\0")
+IDENTITY = struct.pack("<H3BBH", 3, 1, 2, 3, 0b1001, 1 << 6) + b"board".ljust(12, b"\0")
 RESULT = struct.pack("<I3fBBH", 0, 0.0, 20.0, 0.05, 0, 0, 0) + struct.pack("<5f", 0, 1, 99, 1, 0)
 RESULT += struct.pack("<I3H", 0, 0, 0, 0) + struct.pack("<B2f", 2, 0.5, 0.5)
+# A ServoEstimator that knows K, omega_n and xi.
+SERVO_RESULT = struct.pack("<I2f2B", 0, 0.0, 20.0, 0, 0)
+SERVO_RESULT += struct.pack("<2fB", 0.05, 0.01, 0) * 3 + struct.pack("<I3H", 0, 0, 0, 0)
 
 
 def call(
@@ -93,6 +99,18 @@ def target(
         Session(line, timeout_s=2.5, attempts=2).hello()  # type: ignore[arg-type]
 
     return call(wrong, shown, HilError, run, *says)
+
+
+def servo(wrong: str, *answers: tuple[int, bytes] | bytes, says: tuple[str, ...]) -> Case:
+    """A target that answers the configuration of a ServoEstimator in this way."""
+
+    def run() -> None:
+        controller = ControllerSettings(0.01, 50.0, 20.0, 10.0, 30.0, 10.0, 90.0, 0.02)
+        estimator = EstimatorConfiguration(ArxOrders(3, 3))
+        made = Configuration(estimator, controller, 200, ServoSettings(0.01))
+        Session(Scripted(*answers)).configure(made)  # type: ignore[arg-type]
+
+    return call(wrong, "configure(servo)", HilError, run, *says)
 
 
 def refusal(reason: int, state: int = 1, status: int = 0) -> tuple[int, bytes]:
@@ -164,6 +182,25 @@ CASES = (
         "expected a status",
         error=HilError,
     ),
+    answer("a result of a servo cut short", "servo_result", 0x87, SERVO_RESULT[:20], "bytes"),
+    answer(
+        "an interval that is not a number",
+        "servo_result with omega_n_half_width = NaN",
+        0x87,
+        SERVO_RESULT[:27] + struct.pack("<f", float("nan")) + SERVO_RESULT[31:],
+        "omega_n_half_width = nan",
+        "expected a finite number",
+        error=HilError,
+    ),
+    answer(
+        "a reason for no trust that does not exist",
+        "servo_result with velocity_gain_reason = 99",
+        0x87,
+        SERVO_RESULT[:22] + b"\x63" + SERVO_RESULT[23:],
+        "velocity_gain_reason = 99",
+        "expected one of those",
+        error=HilError,
+    ),
     answer("a state that does not exist", "done with state 9", 0x82, b"\x09", "9"),
     answer("a reason that does not exist", "refused with reason 200", *refusal(200), "200"),
     target("a target that says nothing", "hello()", says=("no answer to hello", "powered")),
@@ -186,6 +223,11 @@ CASES = (
         "hello()",
         refusal(4, 0, 8),
         says=("invalid argument", "controller.hpp"),
+    ),
+    servo(
+        "a target that does not know ServoEstimator",
+        refusal(3),
+        says=("refused the configuration", "does not know this request", "one release"),
     ),
     *cases_of(
         ROOT / "tests" / "servo" / "bad_frames.txt",

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
 """The firmware itself over a line that goes wrong, and its estimates beside those of the module."""
 
+import random
 import shutil
 from collections.abc import Iterator
 from dataclasses import replace
@@ -10,10 +11,21 @@ import numpy as np
 import pytest
 from hil_firmware import ON_TARGET, HostDevice
 from hil_line import Seeded
-from hil_runs import NEVER_MS, PATIENT, TIMEOUT_S, configuration, estimates, run, sample, wait_until
+from hil_runs import (
+    CONTROLLER,
+    NEVER_MS,
+    PATIENT,
+    TIMEOUT_S,
+    configuration,
+    estimates,
+    run,
+    sample,
+    wait_until,
+)
 
-from ehsid.harness.firmware import Seed
-from ehsid.hil.answers import Result, Safe
+import ehsid
+from ehsid.harness.firmware import Seed, ServoSettings
+from ehsid.hil.answers import Result, Safe, ServoResult
 from ehsid.hil.configuration import Configuration
 from ehsid.hil.devices import EmulatedDevice
 from ehsid.hil.errors import HilError, TargetReset
@@ -95,6 +107,39 @@ def test_estimates_are_those_of_the_module_to_the_bit(
         assert result.converged == here.converged
         assert result.theta == tuple(here.theta_hat), number
     assert any(result.theta != results[0].theta for result in results)
+
+
+def test_a_servo_is_told_as_by_the_module_to_the_bit(bench: tuple[Relay, Line]) -> None:
+    """In a loop with the target, with settings of its own."""
+    dt_s, session, chance = 0.02, session_on(bench), random.Random(2)
+    controller = replace(CONTROLLER, fixed_gain_v_m=60.0, gain_max_v_m=90.0)
+    servo = ServoSettings(dt_s, 2, 0.05, 0.25)
+    session.hello()
+    session.configure(replace(configuration(), controller=controller, servo=servo))
+    session.start()
+    here = ehsid.ServoEstimator(dt_s, delay=2, drift=0.05, tolerance=0.25)
+    position = velocity = acceleration = command = reference = 0.0
+    trusted = 0
+    for number in range(500):
+        if number % 20 == 0:
+            reference = chance.choice((-0.02, 0.0, 0.02))
+        shown = float(np.float32(position + chance.gauss(0.0, 5e-6)))
+        result = session.exchange(Sample(number, shown, reference))
+        status = here.step(result.command_v, shown)
+        ours = [
+            (one.value, one.half_width, int(one.reason))
+            for one in (here.servo().gain, here.servo().omega_n, here.servo().xi)
+        ]
+        assert isinstance(result, ServoResult)
+        assert result.status == status
+        np.testing.assert_array_equal(result.tracked, ours)  # NaN where both have none yet
+        trusted += result.velocity_gain_reason == 0
+        for _ in range(20):  # 12 rad/s and 0.5, with one more sample of delay than by itself
+            acceleration += dt_s / 20 * (144.0 * (0.05 * command - velocity) - 12.0 * acceleration)
+            velocity += dt_s / 20 * acceleration
+            position += dt_s / 20 * velocity
+        command = result.command_v
+    assert 0 < trusted < 500
 
 
 @pytest.mark.parametrize("seed", range(4))

@@ -14,6 +14,7 @@ from hil_line import Seeded
 from hil_runs import PATIENT, TIMEOUT_S
 from hil_target import FakeDevice, Target
 
+import ehsid
 from ehsid.harness.records import read_record
 from ehsid.harness.rigs.published import published_rig
 from ehsid.harness.signals.excitation import random_steps
@@ -32,6 +33,7 @@ from ehsid.hil.relay import Relay, relayed
 from ehsid.hil.run import MOST_RESTARTS, RunResult, run_plan
 from ehsid.hil.session import Session
 from ehsid.hil.transport import Line, open_line
+from ehsid.lab.studies.published import DT_S
 from ehsid.lab.studies.rig_records import changed_record, rig_record
 from ehsid.lab.studies.target_plans import experiment_plans
 
@@ -68,7 +70,8 @@ def shortened(plan: Plan, samples: int = SAMPLES) -> Plan:
 
 def run(bench: tuple[Relay, Line], plan: Plan, folder: Path) -> RunResult:
     session = Session(bench[1], timeout_s=TIMEOUT_S, attempts=PATIENT)
-    orders = plan.configuration.estimator.orders
+    configuration = plan.configuration
+    orders = configuration.estimator.orders if configuration.servo is None else None
     with Recording(folder, OUTPUTS_OF[plan.rig.plant], orders) as recording:
         return run_plan(plan, session, recording)
 
@@ -164,6 +167,70 @@ def test_one_bit_is_seen(bench: tuple[Relay, Line], plan: Plan, tmp_path: Path, 
     agreement = compare(replace(result, results=tuple(answers)))
     assert agreement.different.tolist() == [at]
     assert f"first at sample {at}" in agreement.sentence
+
+
+@pytest.fixture(scope="module")
+def observed() -> Plan:
+    """The published experiment with a ServoEstimator, up to where K is trusted."""
+    plans = experiment_plans(
+        RIG, suggested_controller(RIG), seed=3, watchdog_ms=NEVER_MS, servo={"tolerance": 0.2}
+    )
+    assert list(plans) == ["servo", "changed"]
+    assert plans["changed"].change
+    return shortened(plans["servo"], 600)
+
+
+def test_a_servo_is_recorded_and_is_the_hosts(
+    bench: tuple[Relay, Line], observed: Plan, tmp_path: Path
+) -> None:
+    bench[0].disturb(undisturbed)
+    result = run(bench, observed, tmp_path)
+    agreement = compare(result)
+    assert agreement.equal
+    assert agreement.largest == 0.0
+    estimates = rows(tmp_path / ESTIMATES)
+    assert len(estimates) == len(result.servo_results) == 600
+    for row, answer in zip(estimates, result.servo_results, strict=True):
+        np.testing.assert_equal(float(row["velocity_gain_m_s_v"]), answer.velocity_gain_m_s_v)
+        assert int(row["xi_reason"]) == answer.xi_reason
+    here = ehsid.ServoEstimator(DT_S, tolerance=0.2)
+    told = here.run(np.float32(result.command_v), np.float32(result.position_m))
+    assert agreement.servo is not None
+    for ours, value in zip((told.gain, told.omega_n, told.xi), agreement.servo, strict=True):
+        np.testing.assert_array_equal(value.path, ours.value)
+        np.testing.assert_array_equal(value.half_path, ours.half_width)
+        np.testing.assert_array_equal(value.trusted_path, ours.trusted)
+    assert agreement.servo.gain.trusted_path.any()
+    assert agreement.servo.resets == here.resets
+    identity = Identity(3, (0, 2, 0), frozenset(), frozenset(), "host")
+    said = " ".join(lead(identity, [("servo", result, agreement)]))
+    assert "bit for bit" in said
+    assert f"servo: K {agreement.servo.gain.path[agreement.servo.gain.at]:.4g}" in said
+
+
+@pytest.mark.parametrize("what", ["xi_half_width", "omega_n_reason", "status"])
+def test_one_bit_of_a_servo_is_seen(
+    bench: tuple[Relay, Line], observed: Plan, tmp_path: Path, what: str
+) -> None:
+    bench[0].disturb(undisturbed)
+    result = run(bench, shortened(observed, 200), tmp_path)
+    answers, at = list(result.results), 180
+    before = getattr(answers[at], what)
+    one_bit = float(np.nextafter(np.float32(before), np.float32(9.0)))
+    answers[at] = replace(answers[at], **{what: before + 1 if what != "xi_half_width" else one_bit})
+    agreement = compare(replace(result, results=tuple(answers)))
+    assert agreement.different.tolist() == [at]
+    assert (agreement.largest > 0.0) == (what == "xi_half_width")
+
+
+def test_a_servo_begins_anew_where_the_target_was_reset(
+    bench: tuple[Relay, Line], observed: Plan, tmp_path: Path
+) -> None:
+    bench[0].disturb(Resetting(bench[0], Kind.SAMPLE, [149]))
+    result = run(bench, shortened(observed, 300), tmp_path)
+    assert result.restarts == (149,)
+    assert compare(result).equal
+    assert not compare(replace(result, restarts=())).equal
 
 
 def test_a_command_at_its_limit_is_said(

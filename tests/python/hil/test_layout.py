@@ -9,6 +9,7 @@ import pytest
 from hil_firmware import ROOT
 
 import ehsid
+from ehsid.harness.models.estimation.servo import KEYS
 from ehsid.hil import messages
 from ehsid.hil.layout import Field, Message, Type, check
 from ehsid.hil.messages import Flags, Kind, Reason, Settings, State
@@ -16,7 +17,7 @@ from ehsid.hil.messages import Flags, Kind, Reason, Settings, State
 FIRMWARE = ROOT / "examples" / "firmware" / "servo"
 HEADER = (FIRMWARE / "messages.hpp").read_text(encoding="utf-8")
 # Names in the firmware that are not those of the fields.
-OTHER_NAMES = {"flags": "kConverged", "n": "parameters", "parameters": "kParameterCounts"}
+OTHER_NAMES = {"flags": "kGainFromEstimate", "n": "parameters", "parameters": "kParameterCounts"}
 READ = re.compile(
     r"(?:\{(?P<list>(?:\s*&[\w.]+,?)+)\}\)\s*\{\s*\*\w+|(?P<single>[\w.]+)) = in\.(?P<type>\w+)\(\)"
 )
@@ -76,8 +77,10 @@ def test_flags_are_those_of_the_firmware(enum: type[IntFlag], title: str) -> Non
 
 
 def test_sizes_are_those_of_the_firmware() -> None:
-    for name in ("HELLO", "CONFIGURE", "START", "SAMPLE"):
-        assert getattr(messages, name).layout.size == constant(f"k{name.title()}Bytes")
+    for name in ("HELLO", "CONFIGURE", "CONFIGURE_SERVO", "START", "SAMPLE"):
+        in_header = f"k{name.title().replace('_', '')}Bytes"
+        assert getattr(messages, name).layout.size == constant(in_header)
+    assert messages.SERVO_RESULT.layout.size <= messages.RESULT.layout.size + 4 * 7
     assert f"3 + {messages.RESULT.layout.size} + 4 * kMaxParameters + 2" in HEADER
     assert constant("kBoardBytes") == messages.IDENTITY.fields[-1].count
     assert constant("kProtocolVersion") == messages.VERSION
@@ -99,6 +102,37 @@ def test_the_firmware_writes_these_fields(message: Message, file: str, name: str
     assert [type_ for type_, _ in written] == types
     for field, (_, source) in zip(message.fields, written, strict=True):
         assert same_name(field, source), (field.name, source)
+
+
+def test_the_firmware_writes_the_fields_of_a_servo() -> None:
+    text = function("answers.cpp", "write_servo_result")
+    loop = re.search(
+        r"for \(const ehsid_tracked_value\* value : \{(.*?)\}\) \{(.*?)\n  \}", text, re.S
+    )
+    assert loop is not None
+    assert re.findall(r"&servo\.(\w+)", loop[1]) == list(KEYS.values())
+    told = re.findall(r"out\.(\w+)\(.*?value->(\w+)", loop[2])
+    assert told == [("f32", "value"), ("f32", "half_width"), ("u8", "reason")]
+    written = re.findall(r"out\.(\w+)\((.*?)\);", text.replace(loop[0], "out.f32(tracked);"), re.S)
+    fields = list(messages.SERVO_RESULT.fields)
+    first = fields.index(next(field for field in fields if field.name == messages.TRACKED[0][0]))
+    tracked = fields[first : first + 9]
+    assert [field.type for field in tracked] == [type_ for type_, _ in told] * 3
+    assert [field.name for field in tracked] == [name for one in messages.TRACKED for name in one]
+    fields[first : first + 9] = [Field("tracked", "f32")]
+    assert [type_ for type_, _ in written] == [field.type for field in fields]
+    for field, (_, source) in zip(fields, written, strict=True):
+        assert same_name(field, source), (field.name, source)
+
+
+def test_the_firmware_reads_these_settings_of_a_servo() -> None:
+    controller = function("configuration.cpp", "read_controller")
+    whole = function("configuration.cpp", "read_servo_configuration")
+    read = read_by(re.sub(r"read_controller\(in[^;]*;", lambda _: controller, whole))
+    fields = messages.CONFIGURE_SERVO.fields
+    assert [type_ for _, type_ in read] == [field.type for field in fields]
+    for field, (source, _) in zip(fields, read, strict=True):
+        assert source.endswith(field.name), (field.name, source)
 
 
 def test_the_firmware_reads_these_settings() -> None:

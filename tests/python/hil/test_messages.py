@@ -12,9 +12,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import ehsid
-from ehsid.harness.firmware import EstimatorConfiguration, Seed
+from ehsid.harness.firmware import EstimatorConfiguration, Seed, ServoSettings
 from ehsid.harness.models.identification import ArxOrders
-from ehsid.hil.answers import Done, Identity, Refused, Result, Safe, parse_answer
+from ehsid.hil.answers import Done, Identity, Refused, Result, Safe, ServoResult, parse_answer
 from ehsid.hil.configuration import Configuration, ControllerSettings
 from ehsid.hil.errors import BadFrame, HilError
 from ehsid.hil.frames import Packet
@@ -35,6 +35,10 @@ def above(least: float) -> st.SearchStrategy[float]:
 
 def configuration(estimator: EstimatorConfiguration | None = None) -> Configuration:
     return Configuration(estimator or EstimatorConfiguration(ArxOrders(2, 2)), CONTROLLER, 200)
+
+
+def observed(servo: ServoSettings | None = None) -> Configuration:
+    return replace(configuration(), servo=servo or ServoSettings(0.01))
 
 
 def seed(n: int) -> Seed:
@@ -75,6 +79,7 @@ class Reader:
         (Sample(7, 0.1), 0x04, 4 + 4 * 4),
         (Resume(), 0x05, 0),
         (Stop(), 0x06, 0),
+        (observed(), 0x07, 2 + 4 * (2 + 8 + 1)),
     ],
 )
 def test_kinds_and_sizes_of_requests(request_: Any, kind: int, size: int) -> None:
@@ -90,7 +95,7 @@ def test_size_of_a_configuration_with_an_estimate(n: int) -> None:
 
 
 def test_hello_says_the_version() -> None:
-    assert Hello().body() == b"\x02\x00"
+    assert Hello().body() == b"\x03\x00"
 
 
 @given(u32, st.tuples(*[anything32] * 4))
@@ -213,6 +218,35 @@ def test_configurations(
     assert read.body == b""
 
 
+@given(
+    st.integers(1, 20),
+    st.tuples(above(0), st.floats(0, LARGEST), above(0)),
+    st.tuples(*[reals] * 8),
+    u32,
+    st.booleans(),
+    st.booleans(),
+)
+def test_configurations_of_a_servo(
+    delay: int,
+    numbers: tuple[float, float, float],
+    controller: tuple[float, ...],
+    watchdog: int,
+    position_control: bool,
+    retune: bool,
+) -> None:
+    dt_s, drift, tolerance = numbers
+    settings = ControllerSettings(*controller, position_control, retune)
+    servo = ServoSettings(dt_s, delay, drift, tolerance)
+    made = replace(configuration(), controller=settings, watchdog_ms=watchdog, servo=servo)
+    read = Reader(made.body())
+    assert read.take("2B") == (delay, position_control << 2 | retune << 4)
+    assert read.singles(2) == [single(drift), single(tolerance)]
+    # The sampling time is the estimator's: that of the controller cannot be another one.
+    assert read.singles(8) == [single(value) for value in (dt_s, *controller[1:])]
+    assert read.take("I") == (watchdog,)
+    assert read.body == b""
+
+
 @pytest.mark.parametrize(
     ("name", "value", "said"),
     [
@@ -261,14 +295,14 @@ def answer(kind: int, layout: str, *values: Any) -> Any:
 
 
 def test_identity() -> None:
-    made = answer(0x81, "H3BBH12s", 2, 4, 5, 6, 0b10_1001, 1 << 4 | 1 << 13, b"mps2-an386\0\0")
-    assert made == Identity(2, (4, 5, 6), frozenset({0, 3, 5}), frozenset({4, 13}), "mps2-an386")
+    made = answer(0x81, "H3BBH12s", 3, 4, 5, 6, 0b10_1001, 1 << 4 | 1 << 13, b"mps2-an386\0\0")
+    assert made == Identity(3, (4, 5, 6), frozenset({0, 3, 5}), frozenset({4, 13}), "mps2-an386")
 
 
 @pytest.mark.parametrize("version", [0, 1, 300])
 def test_an_identity_of_another_version_is_refused_whatever_its_length(version: int) -> None:
     for tail in (b"", b"\0" * 18, b"\0" * 40):
-        with pytest.raises(HilError, match=rf"speaks version {version} .* this host version 2"):
+        with pytest.raises(HilError, match=rf"speaks version {version} .* this host version 3"):
             parse_answer(Packet(0x81, 1, struct.pack("<H", version) + tail))
 
 
@@ -322,16 +356,59 @@ def test_a_status_that_there_is_not_is_refused() -> None:
 
 
 def test_the_name_of_a_board_cannot_steer_the_terminal() -> None:
-    made = parse_answer(Packet(0x81, 1, b"\2\0" + bytes(6) + b"\x1b[31m\r\nx\0\0\0\0"))
+    made = parse_answer(Packet(0x81, 1, b"\3\0" + bytes(6) + b"\x1b[31m\r\nx\0\0\0\0"))
     assert isinstance(made, Identity)
     assert made.board == "?[31m??x"
 
 
+SERVO_RESULT = "I2f2B" + "2fB" * 3 + "I3H"
+HEAD, COUNTS = (7, 0.5, 20.0, 0, 0b110), (1234, 1, 2, 3)
+K, OMEGA_N, XI = (0.03, 0.001, 0), (25.0, 4.0, 6), (0.4, 0.25, 3)
+
+
+def test_results_of_a_servo() -> None:
+    made = answer(0x87, SERVO_RESULT, *HEAD, *K, *OMEGA_N, *XI, *COUNTS)
+    assert isinstance(made, ServoResult)
+    assert (made.number, made.command_v, made.gain_v_m, made.status) == (7, 0.5, 20.0, 0)
+    assert made.gain_estimated
+    assert made.limited
+    assert made.tracked == [(*map(np.float32, one[:2]), one[2]) for one in (K, OMEGA_N, XI)]
+    assert (made.step_cycles, made.bad_frames, made.repeated, made.trips) == COUNTS
+    plain = answer(0x87, SERVO_RESULT, *(*HEAD[:4], 0), *K, *OMEGA_N, *XI, *COUNTS)
+    assert not plain.gain_estimated
+    assert not plain.limited
+
+
+def test_a_servo_without_values_yet() -> None:
+    none = (math.nan, math.nan, 1)
+    made = answer(0x87, SERVO_RESULT, *HEAD, *none, *none, *none, *COUNTS)
+    assert all(math.isnan(value) for value, _, _ in made.tracked)
+
+
 @pytest.mark.parametrize(
-    ("kind", "right"), [(0x81, 20), (0x82, 1), (0x84, 51), (0x85, 7), (0x86, 10)]
+    ("head", "servo", "said"),
+    [
+        (HEAD, (0.03, math.nan, 0), "velocity_gain_half_width = nan: expected a finite number"),
+        (HEAD, (math.nan, 0.1, 0), "velocity_gain_m_s_v = nan: expected a finite number"),
+        (HEAD, (math.inf, 0.1, 0), "velocity_gain_m_s_v = inf: expected a finite number"),
+        (HEAD, (0.03, 0.1, 7), "velocity_gain_reason = 7: expected one of those"),
+        ((7, math.nan, *HEAD[2:]), K, "command_v = nan: expected a finite number"),
+        ((7, 0.5, math.inf, *HEAD[3:]), K, "gain_v_m = inf: expected a finite number"),
+        ((*HEAD[:3], 77, 0), K, "status = 77: expected a status of the estimator"),
+    ],
+)
+def test_results_of_a_servo_that_cannot_be(
+    head: tuple[float, ...], servo: tuple[float, ...], said: str
+) -> None:
+    with pytest.raises(HilError, match=said):
+        answer(0x87, SERVO_RESULT, *head, *servo, *OMEGA_N, *XI, *COUNTS)
+
+
+@pytest.mark.parametrize(
+    ("kind", "right"), [(0x81, 20), (0x82, 1), (0x84, 51), (0x85, 7), (0x86, 10), (0x87, 51)]
 )
 def test_sizes_of_answers(kind: int, right: int) -> None:
-    body = b"\2\0" + bytes(80)  # an identity of version 2; refused for reason 2
+    body = b"\3\0" + bytes(80)  # an identity of version 3; refused for reason 3
     for size in range(60):
         packet = Packet(kind, 1, body[:size])
         if size == right:

@@ -20,9 +20,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import ehsid
+from ehsid.harness.firmware import ServoSettings
 from ehsid.harness.models.identification import ArxOrders
 from ehsid.hil import session as session_module
-from ehsid.hil.answers import Done
+from ehsid.hil.answers import Done, Result
 from ehsid.hil.errors import HilError, TargetReset
 from ehsid.hil.faults import FAULTS, TO_HOST, TO_TARGET, Passing, fault, undisturbed
 from ehsid.hil.frames import encode
@@ -50,7 +51,7 @@ class Bench:
         self.relay.disturb(undisturbed)
         self.target.carried_out.clear()
         self.target.configurations.clear()
-        self.target.version = 2
+        self.target.version = 3
         self.device.reset()
         self.said.clear()
         return Session(self.line, timeout_s=TIMEOUT_S, attempts=attempts, on_event=self.said.append)
@@ -348,8 +349,31 @@ def test_garbage_before_hello(bench: Bench) -> None:
 def test_another_version(bench: Bench) -> None:
     session = bench.session()
     bench.target.version = 1
-    with pytest.raises(HilError, match=r"speaks version 1 of the line, this host version 2: bring"):
+    with pytest.raises(HilError, match=r"speaks version 1 of the line, this host version 3: bring"):
         session.hello()
+
+
+def test_a_target_that_does_not_know_the_request_of_a_servo(bench: Bench) -> None:
+    """As firmware of another's that was written before the message: it refuses kind 7."""
+    session = bench.session()
+    session.hello()
+    observed = replace(configuration(), servo=ServoSettings(0.001))
+    with pytest.raises(
+        HilError,
+        match=r"refused the configuration: it does not know this request; bring firmware and host",
+    ):
+        session.configure(observed)
+    session.configure(configuration())  # what it knows goes on
+    session.start()
+    assert isinstance(session.exchange(sample(0)), Result)
+
+
+def test_settings_of_a_servo_out_of_range_are_not_sent(bench: Bench) -> None:
+    session = bench.session()
+    session.hello()
+    with pytest.raises(ValueError, match="tolerance"):
+        session.configure(replace(configuration(), servo=ServoSettings(0.001, tolerance=-1.0)))
+    assert bench.target.configurations == []
 
 
 def test_what_the_firmware_does_not_hold_is_not_sent(bench: Bench) -> None:

@@ -23,6 +23,8 @@ from typer.testing import CliRunner
 
 from ehsid.harness.cli import cli
 from ehsid.harness.records import read_record
+from ehsid.harness.rigs.published import published_rig
+from ehsid.harness.signals.simulation import velocity_gain
 from ehsid.hil.faults import TO_HOST, TO_TARGET, Passing, undisturbed
 from ehsid.hil.frames import decode, encode
 from ehsid.hil.messages import Kind
@@ -30,6 +32,7 @@ from ehsid.hil.relay import Relay, relayed
 from ehsid.lab.studies.published import DT_S
 
 SHORT = ("--loop", "open", "--duration", "2", "--dt", "0.02", "--excitation", "prbs")
+SERVO = ("--port", "loop://", "--loop", "open", "--servo")
 SAFE_BODY = struct.Struct("<HIf")
 
 
@@ -65,6 +68,48 @@ def test_a_run_and_its_files(relay: Relay, tmp_path: Path) -> None:
     assert "bit for bit" in page
     assert "http" not in page.replace("http://www.w3.org", "")  # works offline
     assert "100 of 100" in errors
+
+
+def test_a_run_of_a_servo_and_its_files(relay: Relay, tmp_path: Path) -> None:
+    out = tmp_path / "hil"
+    arguments = ("--port", relay.port, *SHORT, "--servo", "--setting", "drift=0.05")
+    code, said, errors = ended(*arguments, "--json", "--out", str(out))
+    assert code == 0, errors
+    check_file(out / "hil.json")
+    findings = json.loads(said)
+    assert findings["equal_to_host"]
+    (run,) = findings["runs"]
+    assert run["name"] == "servo"
+    assert (run["forgetting"], run["orders"], run["converged"]) == (None, None, None)
+    assert run["servo"]["delay"] in (1, 2)
+    for name in ("gain", "omega_n", "xi"):
+        low, high = run["servo"][name]["ci90"]
+        assert low <= run["servo"][name]["value"] <= high
+    assert run["servo"]["gain"]["reason_at_end"] == "starting"  # 2 s
+    page = (out / "hil.html").read_text()
+    assert "every reason why they are not trusted" in page
+    assert "ServoEstimator, 0.02 s, delay 1, drift 0.05, tolerance 0.1" in page
+    assert "K 0.0" in errors  # while it runs
+
+
+@pytest.mark.slow
+@pytest.mark.usefixtures("blank_pictures")
+def test_the_experiment_of_a_servo(relay: Relay, tmp_path: Path) -> None:
+    """K of the rig, before and behind a change of its load, whose omega_n falls to 1 / sqrt(2)."""
+    code, said, errors = ended("--port", relay.port, "--servo", "--out", str(tmp_path))
+    assert code == 0, errors
+    assert "trusted, %" in said
+    check_file(tmp_path / "hil.json")
+    runs = {run["name"]: run for run in json.loads((tmp_path / "hil.json").read_text())["runs"]}
+    assert list(runs) == ["servo", "changed"]
+    for run in runs.values():
+        low, high = run["servo"]["gain"]["ci90"]
+        assert run["servo"]["gain"]["trusted"]
+        assert low < velocity_gain(published_rig()) < high
+        assert (tmp_path / run["name"] / "estimates.csv").exists()
+    before, behind = (run["servo"]["omega_n"] for run in runs.values())
+    low, high = (end / before["value"] for end in behind["ci90"])
+    assert low < 0.5**0.5 < high
 
 
 @pytest.mark.slow
@@ -105,6 +150,15 @@ def test_the_experiment_has_a_folder_for_each_factor(relay: Relay, tmp_path: Pat
             "--na 7: expected a whole number",
         ),
         (("--port", "loop://", "--loop", "open", "--effect", "x"), "EFFECT.PARAMETER=NUMBER"),
+        ((*SERVO, "--forgetting", "constant"), "--forgetting is of an ARX model, which --servo"),
+        ((*SERVO, "--lambda0", "0.99"), "--lambda0 is of an ARX model"),
+        ((*SERVO, "--na", "2"), "--na is of an ARX model"),
+        ((*SERVO, "--nb", "2"), "--nb is of an ARX model"),
+        ((*SERVO, "--nk", "2"), "--nk is of an ARX model"),
+        ((*SERVO, "--setting", "eta=2"), "a setting of ServoEstimator, which has delay, drift"),
+        ((*SERVO, "--setting", "delay=1.5"), "delay 1.5: expected a whole number of samples"),
+        ((*SERVO, "--setting", "tolerance=-1"), "tolerance"),
+        (("--port", "loop://", "--setting", "drift=0.1"), "a setting of f-ratio forgetting"),
     ],
 )
 def test_wrong_use(arguments: tuple[str, ...], says: str, tmp_path: Path) -> None:
@@ -259,10 +313,16 @@ def test_files_of_others_are_refused_before_the_target_is_asked(tmp_path: Path) 
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    ("machine", "loop", "samples"), [("an386", "experiment", [2000] * 6), ("an500", "open", [1000])]
+    ("machine", "options", "samples"),
+    [
+        ("an386", ("--loop", "experiment"), [2000] * 6),
+        ("an500", ("--loop", "open"), [1000]),
+        ("an386", ("--servo",), [2000] * 2),
+        ("an500", ("--loop", "position", "--bandwidth", "0.3", "--servo"), [1000]),
+    ],
 )
 def test_a_run_on_the_emulated_cortex_m(
-    machine: str, loop: str, samples: list[int], tmp_path: Path
+    machine: str, options: tuple[str, ...], samples: list[int], tmp_path: Path
 ) -> None:
     """The published experiment on one core and a test signal on the other: estimates are equal."""
     if shutil.which("qemu-system-arm") is None:
@@ -273,7 +333,7 @@ def test_a_run_on_the_emulated_cortex_m(
             "no firmware for the Cortex-M; build it: cmake --preset arm && "
             "cmake --build --preset arm"
         )
-    arguments = ["--qemu", str(image), "--machine", f"mps2-{machine}", "--loop", loop]
+    arguments = ["--qemu", str(image), "--machine", f"mps2-{machine}", *options]
     code, said, errors = ended(*arguments, "--out", str(tmp_path), "--json")
     assert code == 0, errors
     findings = json.loads(said)
