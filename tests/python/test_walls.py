@@ -130,8 +130,8 @@ PRODUCT: dict[str, set[str]] = {
 # The guests of the product: nothing in the product imports one.
 GUESTS: dict[str, set[str]] = {
     "hil": {
-        *("cli", "firmware", "models/identification", "records", "rigs", "show"),
-        "signals/simulation",
+        *("cli", "firmware", "models/estimation", "models/identification", "records", "rigs"),
+        *("show", "signals/simulation"),
     },
     "lab/reality": set(),
     "lab/blind": {"diagnosis", "diagnosis/tables", "lab/reality", "records", "rigs"},
