@@ -241,7 +241,7 @@ scaling : Scaling
 rls : RlsOptions
     Guards against wind-up.
 reset : RmseResetOptions or None
-    None never resets.
+    None never resets. Not read by "riv", which begins anew by itself.
 convergence : ConvergenceOptions
     When `settled` turns True.
 theta0 : array_like, shape (n,), optional
@@ -256,8 +256,8 @@ method : str
 gradient : GradientOptions
     Filters of the method "riv".
 integrator : bool
-    With "riv", for a plant that is known to integrate, as a servo is: A is that of y(k) - y(k-1), with na poles beside
-    the integrator. identify_servo() reads na = 2, nb = 3.
+    For a plant that is known to integrate, as a servo is: A is that of y(k) - y(k-1), with na poles beside the
+    integrator. identify_servo() reads na = 2, nb = 3.
 dtype : float32 or float64
     Precision of the recursion.
 
@@ -290,9 +290,6 @@ ValueError
                                              to_method(method),
                                              gradient,
                                              integrator};
-            if (integrator && settings.method == Method::rls) {
-              throw py::value_error("integrator=True needs method='riv'");
-            }
             return is_single(dtype) ? make_any<float>(settings) : make_any<double>(settings);
           }),
           py::arg("na"), py::arg("nb"), py::arg("nk"), py::kw_only(), py::arg("offset") = false,

@@ -229,7 +229,8 @@ void bind_backwards(py::module_& m) {
 
   py::class_<Reading>(m, "ServoReading",
                       "What theta says about the servo, made by identify_servo(). Numbers that "
-                      "were not determined are NaN.")
+                      "were not determined are NaN. gain is also told where only omega_n and xi "
+                      "cannot be read.")
       .def_readonly("status", &Reading::status, "ServoReadingStatus.")
       .def_property_readonly(
           "description", [](const Reading& r) { return describe(r.status); },

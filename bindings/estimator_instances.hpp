@@ -10,6 +10,7 @@
 #include "any_estimator.hpp"
 
 #include <ehsid/arx_estimator.hpp>
+#include <ehsid/integrating.hpp>
 
 #include <algorithm>
 #include <array>
@@ -421,8 +422,13 @@ std::unique_ptr<AnyEstimator> make_estimator(const EstimatorSettings& settings) 
   return std::visit(
       [&](const auto& forgetting) -> std::unique_ptr<AnyEstimator> {
         const auto policy = to_policy<Scalar>(forgetting);
-        return std::make_unique<EstimatorInstance<Scalar, std::decay_t<decltype(policy)>>>(settings,
-                                                                                           policy);
+        using Policy = std::decay_t<decltype(policy)>;
+        if (settings.integrator) {
+          using Known = EstimatorInstance<Scalar, Policy, Rls<Scalar, kSize, Policy>,
+                                          Integrating<AnyArx<Scalar, kSize>>>;
+          return std::make_unique<Known>(settings, policy);
+        }
+        return std::make_unique<EstimatorInstance<Scalar, Policy>>(settings, policy);
       },
       settings.forgetting);
 }

@@ -340,6 +340,20 @@ TEST_P(KnownIntegrator, ComesBackWithinTwoThousandGoodSamples) {
   expect_gain_or_none_after(2000);
 }
 
+TEST_P(KnownIntegrator, LeastSquaresKnowTheGain) {
+  ehsid::IntegratingRlsEstimator<float, 2, 3, 1, ehsid::FRatio<float>, true> squares;
+  auto options = decltype(squares)::Options{};
+  options.scaling = {5.0F, static_cast<float>(Servo::kScale)};
+  ASSERT_EQ(squares.configure(options), Status::ok);
+  for (int k = 0; k < 8000; ++k) {
+    ASSERT_FALSE(ehsid::is_error(servo_.step(squares)));
+  }
+  const ehsid::Vector<double, 5> theta = squares.theta_hat().head<5>().cast<double>();
+  const ehsid::SquareMatrix<double, 5> none = ehsid::SquareMatrix<double, 5>::Zero();
+  const double gain = ehsid::identify_integrating_servo(theta, none, GetParam().dt_s).gain;
+  EXPECT_NEAR(gain, Servo::kGain, 0.05 * Servo::kGain);
+}
+
 TEST_P(KnownIntegrator, PredictsPositions) {
   expect_gain_after(3000);
   const auto now = estimator_;

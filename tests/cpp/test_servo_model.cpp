@@ -53,6 +53,10 @@ ServoReadingStatus status_of(const Vector<double, 6>& theta, double variance = 0
   return identify_servo<double>(theta, variance * SquareMatrix<double, 6>::Identity(), kDt).status;
 }
 
+double gain_of(const Vector<double, 6>& theta) {
+  return identify_servo<double>(theta, SquareMatrix<double, 6>::Zero(), kDt).gain;
+}
+
 /// Textbook form by poles and residues, in complex long double. K dt = 1; the poles must differ.
 Vector<long double, 6> closed_form(long double x, long double xi) {
   using Complex = std::complex<long double>;
@@ -556,6 +560,20 @@ TEST(ServoModelRefusal, NegativeRealPole) {
             ServoReadingStatus::negative_real_pole);  // -0.5, -0.2
 }
 
+TEST(ServoModelRefusal, GainNeedsAStablePairOnly) {
+  // 0.3 / (dt Q(1))
+  EXPECT_NEAR(gain_of(theta_of(1.0, -0.5, 0.0)), 0.3 / (kDt * 0.5), 1e-9);   // pole_near_zero
+  EXPECT_NEAR(gain_of(theta_of(1.0, -0.3, -0.1)), 0.3 / (kDt * 0.6), 1e-9);  // negative_real_pole
+  EXPECT_NEAR(gain_of(theta_of(1.0, 0.7, 0.1)), 0.3 / (kDt * 1.8), 1e-9);
+  EXPECT_TRUE(std::isnan(gain_of(theta_of(1.0, 0.6, -0.5))));    // 0.47, -1.07
+  EXPECT_TRUE(std::isnan(gain_of(theta_of(1.0, -1.7, 0.6))));    // 0.5, 1.2
+  EXPECT_TRUE(std::isnan(gain_of(theta_of(1.0, -2.5, 1.56))));   // 1.2, 1.3
+  EXPECT_TRUE(std::isnan(gain_of(theta_of(1.0, 0.0, -1.2))));    // 1.1, -1.1
+  EXPECT_TRUE(std::isnan(gain_of(theta_of(0.9, -0.5, 0.0))));    // no integrator
+  EXPECT_TRUE(std::isnan(gain_of(theta_of(1.0, -1.99, 0.99))));  // another one at 1
+  EXPECT_TRUE(std::isnan(gain_of(theta_of(1.0, -0.5, 0.0, 0.0))));
+}
+
 TEST(ServoModelRefusal, UnstablePole) {
   EXPECT_EQ(status_of(theta_of_angle(1.0, 1.001, 0.6)), ServoReadingStatus::unstable_pole);
   EXPECT_EQ(status_of(theta_of(1.0, -1.7, 0.6)), ServoReadingStatus::unstable_pole);   // 0.5, 1.2
@@ -582,6 +600,7 @@ TEST(ServoModelRefusal, FoldedServoIsSeenInItsNumerator) {
       EXPECT_EQ(status_of(theta), ServoReadingStatus::aliasing) << omega_dt << " " << xi;
       const auto reading = identify_servo<double>(theta, SquareMatrix<double, 6>::Zero(), 1.0);
       EXPECT_TRUE(std::isnan(reading.omega_n));
+      EXPECT_NEAR(reading.gain, 1.0, 1e-9);
       EXPECT_GT(reading.zoh_mismatch_chi2, ehsid::kFoldedChi2<double>);
     }
   }
@@ -610,7 +629,7 @@ TEST(ServoModelRefusal, NumericalLimit) {
   covariance(4, 3) = -2e-6;
   const auto reading = identify_servo<double>(theta_of_angle(1.0, 0.7, 0.6), covariance, kDt);
   EXPECT_EQ(reading.status, ServoReadingStatus::numerical_limit);
-  EXPECT_TRUE(std::isnan(reading.omega_n));  // half a reading is none
+  EXPECT_TRUE(std::isnan(reading.gain) && std::isnan(reading.omega_n));
 }
 
 TYPED_TEST(ServoModel, AnyThetaEndsInFiniteNumbersOrAReason) {
@@ -630,6 +649,7 @@ TYPED_TEST(ServoModel, AnyThetaEndsInFiniteNumbersOrAReason) {
         identify_servo<Scalar>(theta, size * SquareMatrix<Scalar, 6>::Identity(), Scalar(0.05));
     if (reading.status != ServoReadingStatus::ok) {
       EXPECT_FALSE(ehsid::is_finite(reading.omega_n));
+      EXPECT_EQ(ehsid::is_finite(reading.gain), ehsid::is_finite(reading.gain_std));
       continue;
     }
     ++readable;

@@ -24,7 +24,8 @@ struct EstimatorOptions {
   Recursion rls{};
   RmseResetOptions<Scalar> reset{};
   ConvergenceOptions<Scalar> convergence{};
-  bool reset_enabled = true;
+  bool reset_enabled =
+      true;  // not read by a recursion with a running model, which begins anew by itself
   /// Start values in the units of the signals, and their variances in scaled units and units of sigma^2.
   Vector<Scalar, kN> theta0 = Vector<Scalar, kN>::Zero(capacity(kN));
   Vector<Scalar, kN> variance0 = Vector<Scalar, kN>::Constant(capacity(kN), Scalar(1e6));
@@ -317,27 +318,27 @@ class OnlineEstimator {
       whiteness_.interrupted();
       return status;
     }
-    bool moved = false;
     if constexpr (Recursion::kFollowsModel) {
       monitor_.updated(recursion_.judged());
       // The errors of the start are not those of the method.
       if (recursion_.settled()) {
-        whiteness_.updated(recursion_.judged(), leaving);
+        whiteness_.updated(recursion_.judged(), leaving, Recursion::kOwnColour);
       }
     } else {
       monitor_.updated(recursion_);
       whiteness_.updated(recursion_, leaving);
-      moved = whiteness_.moved_far(recursion_, dot(size(), phi, recursion_.state().gain));
-    }
-    if (reset_enabled_ && reset_.update(recursion_.normalised_square(), keeps())) {
-      // The noise as it was before the change, not as its errors make it look.
-      recursion_.reset(reset_.long_rmse() * reset_.long_rmse());
-      monitor_.restart();
-      whiteness_.restart();
-      return Status::reset;
-    }
-    if (reset_enabled_ && moved) {
-      reset_.suspect();
+      const bool moved =
+          whiteness_.moved_far(recursion_, dot(size(), phi, recursion_.state().gain));
+      if (reset_enabled_ && reset_.update(recursion_.normalised_square(), keeps())) {
+        // The noise as it was before the change, not as its errors make it look.
+        recursion_.reset(reset_.long_rmse() * reset_.long_rmse());
+        monitor_.restart();
+        whiteness_.restart();
+        return Status::reset;
+      }
+      if (reset_enabled_ && moved) {
+        reset_.suspect();
+      }
     }
     return status;
   }

@@ -248,7 +248,8 @@ typedef enum ehsid_servo_status {
   EHSID_SERVO_NUMERICAL_LIMIT = 10    /* a result is not finite in float */
 } ehsid_servo_status;
 
-/* Y(s)/U(s) = K omega_n^2 / (s (s^2 + 2 xi omega_n s + omega_n^2)). A number that was not determined is NaN. */
+/* Y(s)/U(s) = K omega_n^2 / (s (s^2 + 2 xi omega_n s + omega_n^2)). A number that was not determined is NaN;
+ * K is also told where only omega_n and xi cannot be read. */
 typedef struct ehsid_servo {
   ehsid_servo_status status;
   float gain;     /* K, units of the position per second and unit of the command */

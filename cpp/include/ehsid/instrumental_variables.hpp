@@ -97,6 +97,9 @@ class InstrumentalVariables {
   /// This recursion keeps samples and filters of its own: OnlineEstimator tells it the order and where samples are missing.
   static constexpr bool kFollowsModel = true;
   static constexpr Scalar kDefaultVariance = Scalar(1e6);
+  /// Correlation, from sample to sample, that the filters give to epsilon of white noise, at most: A / F, and the sums of
+  /// integrating.hpp. It does not bias theta.
+  static constexpr Scalar kOwnColour = Scalar(0.05);
 
   using Inner = Rls<Scalar, kN, Forgetting>;
   using Regressor = Vector<Scalar, kN>;
@@ -226,11 +229,6 @@ class InstrumentalVariables {
   /// lambda and P back to their start values, theta kept; the estimator settles anew.
   void reset() {
     inner_.reset();
-    settle();
-  }
-  /// The same with sigma^2 from elsewhere, see Rls::reset().
-  void reset(Scalar noise_variance) {
-    inner_.reset(noise_variance);
     settle();
   }
 

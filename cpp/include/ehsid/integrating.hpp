@@ -7,6 +7,8 @@
 // That leaves A, B and c as they are. A pole less is estimated, and the position may be anywhere, or run away.
 #pragma once
 
+#include <ehsid/arx.hpp>
+#include <ehsid/arx_estimator.hpp>
 #include <ehsid/fields.hpp>
 #include <ehsid/types.hpp>
 
@@ -33,7 +35,7 @@ struct IntegratingState {
   }
 };
 
-/// Arx or AnyArx, of na poles beside the integrator. Takes their place in OnlineEstimator.
+/// Arx or AnyArx, of na poles beside the integrator. Takes their place in OnlineEstimator, with any recursion.
 ///
 /// The filters start from zero with the first complete regressor: their rows are sums of rows that hold exactly, so
 /// nothing has to die away.
@@ -132,5 +134,15 @@ class Integrating {
   Scalar position_{};
   bool started_ = false;
 };
+
+/// ArxEstimator of a plant that integrates, as a servo does, with na poles beside the integrator. kOffset lets the null of
+/// its valve be anywhere.
+///
+/// The long way of the position shows its gain, whatever the noise of the sensor: it is right where that of ArxEstimator is
+/// not, see docs/which_estimator.md. The poles are as biased as there.
+template <class Scalar, int kNa, int kNb, int kNk, class Forgetting = FRatio<Scalar>,
+          bool kOffset = false>
+using IntegratingRlsEstimator =
+    OnlineEstimator<Integrating<Arx<Scalar, kNa, kNb, kNk, kOffset>>, Forgetting>;
 
 }  // namespace ehsid

@@ -33,7 +33,7 @@ enum class ServoReadingStatus : std::uint8_t {
 };
 
 /// What theta says about the servo. Every number that was not determined, or is too large for Scalar, is NaN; none is
-/// infinite.
+/// infinite. K needs the integrator and two other poles that are stable; omega_n and xi need `ok`.
 template <class Scalar>
 struct ServoReading {
   static constexpr Scalar kUnknown = std::numeric_limits<Scalar>::quiet_NaN();
@@ -93,6 +93,7 @@ class ServoReader {
   Status read(ServoReading<Scalar>& reading) {
     Status status = judge_integrator(reading);
     if (status == Status::ok) {
+      read_gain(reading);
       status = judge_pair();
     }
     if (status == Status::ok) {
@@ -100,7 +101,7 @@ class ServoReader {
       differentiate();
       status = judge_angle();
     }
-    if (status == Status::ok && !(theta_.template tail<3>().cwiseAbs().maxCoeff() > Scalar(0))) {
+    if (status == Status::ok && !has_gain()) {
       status = Status::no_gain;
     }
     return status == Status::ok ? finish(reading) : status;
@@ -149,10 +150,31 @@ class ServoReader {
     if (real && factors.b > Scalar(2)) {
       return Status::negative_real_pole;
     }
-    // Inside the unit circle: |z|^2 = q2 < 1, and Q(1) = (1 - z1)(1 - z2) > 0 for real poles.
-    const bool stable = poles_.q2 < Scalar(1) && poles_.q_at_one > Scalar(0);
-    return stable ? Status::ok : Status::unstable_pole;
+    return stable() ? Status::ok : Status::unstable_pole;
   }
+
+  /// Both other poles inside the unit circle: |q2| < 1, Q(1) > 0, Q(-1) > 0 (E. I. Jury 1964, for degree two).
+  bool stable() const {
+    const Scalar at_minus_one = Scalar(4) - Scalar(2) * poles_.factors.b + poles_.factors.c;
+    return std::abs(poles_.q2) < Scalar(1) && poles_.q_at_one > Scalar(0) &&
+           at_minus_one > Scalar(0);
+  }
+
+  /// K dt, the velocity at constant input: it asks for a stable pair, not for one that a servo has.
+  void read_gain(ServoReading<Scalar>& reading) {
+    const auto b = theta_.template tail<3>();
+    step_ = (b[0] + b[1] + b[2]) / poles_.q_at_one;
+    d_step_ << Scalar(0), Scalar(0), Scalar(0), Scalar(1), Scalar(1), Scalar(1);
+    d_step_ = (d_step_ - step_ * poles_.d_q_at_one) / poles_.q_at_one;
+    const Scalar gain = step_ / dt_s_;
+    const Scalar gain_std = deviation(d_step_) / dt_s_;
+    if (stable() && is_finite(gain) && is_finite(gain_std) && has_gain()) {
+      reading.gain = gain;
+      reading.gain_std = gain_std;
+    }
+  }
+
+  bool has_gain() const { return theta_.template tail<3>().cwiseAbs().maxCoeff() > Scalar(0); }
 
   Status judge_angle() const {
     const Scalar angle = logarithms_.angle;
@@ -179,23 +201,15 @@ class ServoReader {
     ServoReading<Scalar> result = reading;
     const auto b = theta_.template tail<3>();
     const Scalar x = std::sqrt(logarithms_.y);
-    const Scalar b_sum = b[0] + b[1] + b[2];
-    // The model's velocity at constant input is (b1 + b2 + b3) / (dt Q(1)).
-    const Scalar step = b_sum / poles_.q_at_one;  // K dt
-    Row6<Scalar> d_step;
-    d_step << Scalar(0), Scalar(0), Scalar(0), Scalar(1), Scalar(1), Scalar(1);
-    d_step = (d_step - step * poles_.d_q_at_one) / poles_.q_at_one;
-
-    result.gain = step / dt_s_;
     result.omega_n = x / dt_s_;
     result.xi = logarithms_.v / (Scalar(2) * x);
 
     Eigen::Matrix<Scalar, 5, 6> jacobian;  // K, omega_n, xi, and the mismatch of b1 and b3
-    jacobian.row(0) = d_step / dt_s_;
+    jacobian.row(0) = d_step_ / dt_s_;
     jacobian.row(1) = d_y_ / (Scalar(2) * x * dt_s_);
     jacobian.row(2) = (d_v_ - (result.xi / x) * d_y_) / (Scalar(2) * x);
-    jacobian.row(3) = -implied_gradient(unit_.b1, step, d_step);
-    jacobian.row(4) = -implied_gradient(unit_.b3, step, d_step);
+    jacobian.row(3) = -implied_gradient(unit_.b1);
+    jacobian.row(4) = -implied_gradient(unit_.b3);
     jacobian(3, 3) += Scalar(1);
     jacobian(4, 5) += Scalar(1);
     const Eigen::Matrix<Scalar, 5, 6> weighted = jacobian * covariance_;
@@ -207,8 +221,8 @@ class ServoReader {
     result.xi_std = std::sqrt(spread(2, 2));
 
     // b and its implied value have the same sum by the choice of K: two mismatches say everything.
-    const Scalar first = b[0] - step * unit_.b1.value;
-    const Scalar last = b[2] - step * unit_.b3.value;
+    const Scalar first = b[0] - step_ * unit_.b1.value;
+    const Scalar last = b[2] - step_ * unit_.b3.value;
     const Vector<Scalar, 3> mismatch(first, -(first + last), last);
     const Scalar largest = b.cwiseAbs().maxCoeff();  // squares of small b underflow in float
     result.zoh_mismatch = (mismatch / largest).norm() / (b / largest).norm();
@@ -219,7 +233,7 @@ class ServoReader {
     const Scalar u1 = first / l11;
     const Scalar u2 = (last - l21 * u1) / l22;
     result.zoh_mismatch_chi2 = u1 * u1 + u2 * u2;
-    if (result.zoh_mismatch_chi2 > kFoldedChi2<Scalar> && is_folded(step, result.zoh_mismatch)) {
+    if (result.zoh_mismatch_chi2 > kFoldedChi2<Scalar> && is_folded(result.zoh_mismatch)) {
       reading.zoh_mismatch = known(result.zoh_mismatch);
       reading.zoh_mismatch_chi2 = known(result.zoh_mismatch_chi2);
       return Status::aliasing;
@@ -243,7 +257,7 @@ class ServoReader {
 
   /// Poles of the angles phi, 2 pi - phi, 2 pi + phi, ... are the same after sampling, and so is K; b is not. Is b that
   /// of a servo with one of the next four angles rather than of that with phi?
-  bool is_folded(Scalar step, Scalar zoh_mismatch) const {
+  bool is_folded(Scalar zoh_mismatch) const {
     const auto b = theta_.template tail<3>();
     const Scalar largest = b.cwiseAbs().maxCoeff();
     const Scalar half_v = logarithms_.v / Scalar(2);
@@ -254,9 +268,9 @@ class ServoReader {
       const Scalar angle = i % 2 == 0 ? turns - logarithms_.angle : turns + logarithms_.angle;
       const SampledServo<Scalar> other =
           sample_servo(logarithms_.v, half_v * half_v + angle * angle);
-      const Scalar first = step * other.b1.value;
-      const Scalar last = step * other.b3.value;
-      const Scalar middle = step * other.q_at_one.value - first - last;
+      const Scalar first = step_ * other.b1.value;
+      const Scalar last = step_ * other.b3.value;
+      const Scalar middle = step_ * other.q_at_one.value - first - last;
       const Vector<Scalar, 3> mismatch(b[0] - first, b[1] - middle, b[2] - last);
       const Scalar distance = (mismatch / largest).norm() / (b / largest).norm();
       closest = distance < closest ? distance : closest;
@@ -265,9 +279,8 @@ class ServoReader {
   }
 
   /// Gradient of b_implied = K dt beta(v, y).
-  Row6<Scalar> implied_gradient(const Sensitive<Scalar>& beta, Scalar step,
-                                const Row6<Scalar>& d_step) const {
-    return beta.value * d_step + step * (beta.by_v * d_v_ + beta.by_y * d_y_);
+  Row6<Scalar> implied_gradient(const Sensitive<Scalar>& beta) const {
+    return beta.value * d_step_ + step_ * (beta.by_v * d_v_ + beta.by_y * d_y_);
   }
 
   Vector<Scalar, 6> theta_;
@@ -276,6 +289,8 @@ class ServoReader {
   ServoDenominator<Scalar> poles_;
   PoleLogarithms<Scalar> logarithms_{};
   SampledServo<Scalar> unit_{};
+  Scalar step_{};  // K dt
+  Row6<Scalar> d_step_;
   Row6<Scalar> d_v_;
   Row6<Scalar> d_y_;
 };

@@ -84,9 +84,10 @@ class WhitenessMonitor {
   void restart() { state_ = State{}; }
 
   /// After an update that was kept. rls: any estimator with innovation, residuals and forgetting factor in its state().
-  /// leaving: the oldest command of the regressor, scaled.
+  /// leaving: the oldest command of the regressor, scaled. tolerated: correlation of the errors that is none of the plant's,
+  /// >= 0.
   template <class Estimator>
-  void updated(const Estimator& rls, Scalar leaving) {
+  void updated(const Estimator& rls, Scalar leaving, Scalar tolerated = Scalar(0)) {
     const auto& recursion = rls.state();
     Scalar error(0);
     // With few samples sigma is not known. mean_square has seen the square, so it is no smaller than a share of it.
@@ -98,7 +99,7 @@ class WhitenessMonitor {
         error = size < kLargestError ? size : kLargestError;
         error = recursion.innovation < Scalar(0) ? -error : error;
       }
-      accumulate(error, recursion.forgetting_factor);
+      accumulate(error, recursion.forgetting_factor, tolerated);
     }
     remember(error, leaving);
   }
@@ -197,9 +198,11 @@ class WhitenessMonitor {
     return value < -most ? -most : value;
   }
 
-  static Scalar term(const State& state, std::size_t i) {
-    return is_normal_positive(state.squares[i]) ? state.sums[i] * state.sums[i] / state.squares[i]
-                                                : Scalar(0);
+  /// S^2 / V of what |S| is beyond the tolerated correlation, of which V is about the sum.
+  static Scalar term(const State& state, std::size_t i, Scalar tolerated = Scalar(0)) {
+    const Scalar size = std::abs(state.sums[i]) - tolerated * state.squares[i];
+    return is_normal_positive(state.squares[i]) && size > Scalar(0) ? size * size / state.squares[i]
+                                                                    : Scalar(0);
   }
 
   static void count(std::int32_t& samples) {
@@ -207,7 +210,7 @@ class WhitenessMonitor {
     samples += samples < kLast ? 1 : 0;
   }
 
-  void accumulate(Scalar error, Scalar forgetting_factor) {
+  void accumulate(Scalar error, Scalar forgetting_factor, Scalar tolerated) {
     Scalar rho = forgetting_factor < kLongest ? forgetting_factor : kLongest;
     rho = rho > kShortest ? rho : kShortest;
     const Scalar rho_square = rho * rho;
@@ -223,7 +226,8 @@ class WhitenessMonitor {
                         group.store(rho * group.load(sums) + product, sums);
                         group.store(rho_square * group.load(squares) + product * product, squares);
                       });
-    state_.partial += term(state_, state_.next);
+    state_.partial +=
+        term(state_, state_.next, state_.next < State::kErrors ? tolerated : Scalar(0));
     ++state_.next;
     if (state_.next == State::kTests) {
       state_.statistic = state_.partial;

@@ -162,7 +162,7 @@ class Runs:
 
 
 def read(theta: FloatArray) -> FloatArray:
-    """Returns K, omega_n and xi of theta, NaN where it is no servo."""
+    """Returns K, omega_n and xi of theta, NaN where they cannot be read."""
     servo = ehsid.identify_servo(theta, np.zeros((6, 6)), DT_S)
     return np.array([servo.gain, servo.omega_n, servo.xi])
 

@@ -365,9 +365,44 @@ def test_each_reason_has_a_code_and_words(theta: Array, variance: float, status:
     reading = ehsid.identify_servo(theta, variance * np.eye(6), DT)
     assert reading.status.name == status
     assert (status == "ok") == bool(np.isfinite(reading.omega_n))
+    of_gain = ("ok", "pole_near_zero", "negative_real_pole", "aliasing")
+    assert np.isfinite(reading.gain) == (status in of_gain)
     assert reading.description
     assert reading.description != "unknown status"
     assert (reading.description in repr(reading)) == (status != "ok")
+
+
+@pytest.mark.parametrize(
+    ("pair", "status"),
+    [
+        ((0.6 + 0.4j, 0.6 - 0.4j), "ok"),
+        ((0.5, 0.0), "pole_near_zero"),
+        ((0.8, -0.6), "negative_real_pole"),
+        ((-0.7 + 0.02j, -0.7 - 0.02j), "aliasing"),
+    ],
+)
+def test_gain_is_the_velocity_whatever_the_stable_pair(
+    pair: tuple[complex, complex], status: str
+) -> None:
+    theta = poles(1.0, *pair)
+    deviations = 1e-5 * np.arange(1.0, 7.0)
+    reading = ehsid.identify_servo(theta, np.diag(deviations**2), DT)
+    assert reading.status.name == status
+
+    def velocity(values: Array) -> float:
+        # The integrator at exactly z = 1, as the other poles of this theta have it.
+        z = np.roots([1.0, *values[:3]])
+        rest = np.delete(z, np.argmin(np.abs(z - 1.0)))
+        a = np.convolve([1.0, -1.0], np.poly(rest).real)
+        step = scipy.signal.lfilter(np.concatenate(([0.0], values[3:])), a, np.ones(300))
+        return float(step[-1] - step[-2]) / DT
+
+    assert reading.gain == pytest.approx(velocity(theta), rel=1e-9)
+    h = 1e-6 * np.eye(6)
+    slope = np.array([(velocity(theta + d) - velocity(theta - d)) / 2e-6 for d in h])
+    # Central differences: h^2 times the third derivative, and rounding of the sum over h.
+    assert reading.gain_std == pytest.approx(float(np.hypot.reduce(slope * deviations)), rel=1e-5)
+    assert np.isfinite(reading.omega_n) == (status == "ok")
 
 
 def test_every_status_has_words_of_its_own() -> None:
