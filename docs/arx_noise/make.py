@@ -152,7 +152,7 @@ def other_commands(results: dict[tuple[str, str, str], Runs]) -> str:
 
 
 def _row(name: str, method: str, found: Runs) -> str:
-    if float(np.mean(np.isnan(found.reading[:, 1]))) > 0.1:
+    if float(np.mean(np.isnan(found.reading))) > 0.1:
         shown = ["often no servo", "often no servo"]
     else:
         shown = [

@@ -162,9 +162,10 @@ class Runs:
 
 
 def read(theta: FloatArray) -> FloatArray:
-    """Returns K, omega_n and xi of theta, NaN where they cannot be read."""
+    """Returns K, omega_n and xi of theta, all NaN where it is no servo."""
     servo = ehsid.identify_servo(theta, np.zeros((6, 6)), DT_S)
-    return np.array([servo.gain, servo.omega_n, servo.xi])
+    values = np.array([servo.gain, servo.omega_n, servo.xi])
+    return values if servo.status == ehsid.ServoReadingStatus.ok else np.full(3, np.nan)
 
 
 def run(
