@@ -68,7 +68,7 @@ def gap_task(folder: Path, *, report: Report) -> None:
     """Diagnoses the gap, as `ehsid gap --out gap`, and keeps what is known so far."""
     from ehsid.harness.diagnosis import STAGES, Interim, diagnose
     from ehsid.harness.diagnosis.diagnosis_file import RESULT_FILES
-    from ehsid.harness.records.telling_apart import told_apart
+    from ehsid.harness.records.record import told_apart
     from ehsid.harness.show.diagnosis_files import write_diagnosis
 
     past: list[Stage] = []

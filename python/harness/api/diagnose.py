@@ -17,7 +17,7 @@ from ..catalogue.channels import CHANNELS, POSITION, REQUIRED_COLUMNS
 from ..diagnosis.diagnosis_file import RESULT_FILES
 from ..diagnosis.options import DiagnosisChoices, DiagnosisOptions
 from ..records import read_record
-from ..records.telling_apart import told_apart
+from ..records.record import told_apart
 from ..show.gap_brief import brief_tables, told_reasons, told_remarks
 from ..show.gap_words import VERDICTS, plain_name
 from ..show.shares import percent

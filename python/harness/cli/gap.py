@@ -15,7 +15,7 @@ from ..base.files import result_folder
 from ..base.parallel import workers as using
 from ..catalogue.channels import CHANNELS, POSITION, REQUIRED_COLUMNS
 from ..records import NO_HINTS, Hints, Record
-from ..records.telling_apart import told_apart
+from ..records.record import told_apart
 from ..rigs import Rig, read_rig
 from .console import Console
 from .diagnosis_options import with_diagnosis_options

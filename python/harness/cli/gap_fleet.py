@@ -14,7 +14,7 @@ import typer
 
 from ..base.files import check_result_folder, result_folder
 from ..records import NO_HINTS, Hints
-from ..records.telling_apart import told_apart
+from ..records.record import told_apart
 from ..rigs import read_rig
 from .common import make_table, refuse
 from .console import Console, note

@@ -1,73 +1,161 @@
 # SPDX-License-Identifier: MIT
-"""Determines the format of a file from its name."""
+"""Kinds of files: those that are read, told by name or content, and those that are known only.
+
+Each module of `kinds` registers one with its `KIND`.
+"""
 
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass
+from importlib import import_module
 from pathlib import Path
-from typing import Literal
+from pkgutil import iter_modules
+from typing import Literal, NamedTuple
 
+from ..base.error_words import install_line
+from . import kinds
 from .errors import RecordError
-from .unread import first_bytes, refusal
+from .logs.log import Kind, Log, Table
 
 Format = Literal["csv", "csv.gz", "parquet", "mat", "npz"]
 
-# "csv.gz" is a format of its own: a name such as "rec.csv.gz" matches no other ending.
+# Those that are written. "csv.gz" is one of its own: "rec.csv.gz" matches no other ending.
 FORMATS: tuple[Format, ...] = ("csv.gz", "csv", "parquet", "mat", "npz")
-# An export of TwinCAT Scope begins with "Name", as many tables do; its other rows are its own.
-SCOPE_HEAD = (
-    rb"(?:\xef\xbb\xbf)?Name[\t ,:;](?:[^\n]*\n){1,30}?"
-    rb"(?:Starttime of export|SymbolComment|SymbolName|SampleTime\[ms\])[\t ,:;]"
+KINDS: tuple[Kind, ...] = tuple(
+    import_module(f"{kinds.__name__}.{one.name}").KIND for one in iter_modules(kinds.__path__)
 )
+OF_ENDING = {ending: kind for kind in KINDS for ending in kind.endings}
+ENDINGS = (*FORMATS, *(one for one in OF_ENDING if one not in FORMATS))
+# What is taken for a record in a folder.
+FOLDER_ENDINGS = tuple(one for one in ENDINGS if one not in OF_ENDING[one].of_notes)
+# Their readers say better than `UNREAD` what such a file is instead.
+CHECKED = ("parquet", "mat", "npz")
+MATLAB_HEAD = 512  # bytes in front of HDF5 in a MAT file of version 7.3
+HEAD_BYTES = 4096
+DECODED = (
+    "decode its signals with the database of the bus (.dbc) and export them as MF4 or CSV, for "
+    "example in CANalyzer or asammdf"
+)
+UNPACKED = "unpack it, and name the file in it"
 
 
-@dataclass(frozen=True)
-class Kind:
-    """A kind of file that is read as a log.
+class Unread(NamedTuple):
+    """A kind of file that is not read.
 
     Attributes
     ----------
-    module
-        module of `records/logs` that reads it.
+    name
+        what the file is, for a sentence.
     endings
-        endings of its names.
+        endings that only this kind has.
+    export
+        how to make a file of it that is read.
     head
-        regular expression of its first bytes, which tell it whatever the name says; None if they
-        are like those of other files.
+        regular expression of its first bytes; None if they are not known.
     """
 
-    module: str
+    name: str
     endings: tuple[str, ...]
+    export: str
     head: bytes | None = None
 
 
-TEXT_ENDINGS = ("txt.gz", "tsv.gz", "dat.gz", "txt", "tsv", "tab", "dat", "asc", "log", "prn")
-# The first kind whose head fits reads the file; a new kind is a line here, and its module.
-KINDS = (
-    Kind("lvm", ("lvm",), rb"(?:\xef\xbb\xbf)?LabVIEW Measurement"),
-    Kind("scope_csv", (), SCOPE_HEAD),
-    Kind("text", ("csv.gz", "csv", *TEXT_ENDINGS)),
-    Kind("spreadsheet", ("xlsx", "xlsm", "xlsb", "xls", "ods")),
-    Kind("hdf5", ("h5", "hdf5", "hdf"), rb"\x89HDF\r\n\x1a\n"),
-    Kind("mdf", ("mf4", "mdf", "mf3", "mdf3"), rb"MDF     |UnFinMF "),
-    Kind("tdms", ("tdms",), rb"TDSm"),
-    Kind("mcap", ("mcap",), rb"\x89MCAP0\r\n"),
-    Kind("rosbag", ("bag", "db3"), rb"#ROSBAG V2\.0"),
-    Kind("parquet", ("parquet",)),
-    Kind("npz", ("npz",)),
-    Kind("mat", ("mat",)),
-)
-LOG_ENDINGS = tuple(one for kind in KINDS for one in kind.endings if one not in FORMATS)
-# What is taken for a record in a folder: text of any other ending may be a note.
-FOLDER_ENDINGS = (
-    *(one for one in (*FORMATS, *LOG_ENDINGS) if one not in TEXT_ENDINGS),
-    *("tsv", "tsv.gz", "tab"),
-)
+UNREAD = (
+    Unread("an imc FAMOS file", ("raw",), "export it in imc FAMOS as MATLAB (.mat) or text, or "
+           "convert it to CSV with imctermite", rb"\s*\|CF,\d"),
+    Unread("a simulation result of LTspice", (), "use File > Export data as text in the window of "
+           "the curves", rb"Title:[^\n]*\nDate:[^\n]*\nPlotname:|T\x00i\x00t\x00l\x00e\x00:\x00"),
+    Unread("a ULog file of PX4", ("ulg", "ulog"), "convert it with ulog2csv (package pyulog), and "
+           "name the CSV file with the signals", rb"ULog\x01\x12\x35"),
+    Unread("an ASAM ODS file", ("atf", "atfx", "atfxml"), "export it as MF4 or CSV in the program "
+           "that wrote it", rb"(?:\xef\xbb\xbf)?(?:<\?xml[^>]*>\s*)?<atfx_file|ATF_FILE"),
+    Unread("a CAN trace (Vector BLF)", ("blf",), DECODED, rb"(?s:LOGG..\x00\x00)"),
+    Unread("a CAN trace (Vector ASC)", (), DECODED, rb"date [^\n]*\r?\n\s*base (?:hex|dec)"),
+    Unread("a waveform of a LeCroy oscilloscope", (), "save it as text (CSV) on the oscilloscope",
+           rb"(?:#\d{1,10})?WAVEDESC"),
+    Unread("a CAN trace (PEAK TRC)", ("trc",), DECODED, rb"\s*;\$FILEVERSION"),
+    Unread("a CAN trace (candump)", (), DECODED, rb"\s*\(\d+\.\d+\)\s+\S+\s+[0-9A-Fa-f]{3,8}#"),
+    Unread("a recording of TwinCAT Scope", ("svdx", "svd"), "export it in TwinCAT Scope as CSV "
+           "with a full header, tabs between the columns and the time in ms"),
+    Unread("a Dewesoft file", ("dxd", "dxz", "d7d", "d7z", "dewesoft"), "export it in Dewesoft as "
+           "MATLAB (.mat) or text (CSV)"),
+    Unread("a SoMat SIE file", ("sie",), "export it as text (CSV) in the program that wrote it"),
+    Unread("a Yokogawa waveform", ("wdf", "wvf"), "export it as CSV in Xviewer"),
+    Unread("an RPC III time history of MTS", ("rsp", "drv", "rpc"), "export it as text (CSV) in "
+           "the program that wrote it", rb"FORMAT\x00"),
+    Unread("a file in the Standard Data Format (SDF) of an analyser", ("sdf",), "export it as text "
+           "(CSV) or MATLAB (.mat) in the program that wrote it"),
+    Unread("an HBM Perception recording", ("pnrf",), "export it in Perception as MATLAB (.mat) or "
+           "text (CSV)"),
+    Unread("a DIAdem TDM file", ("tdm", "tdx"), "save it in DIAdem as TDMS",
+           rb"(?:\xef\xbb\xbf)?(?:<\?xml[^>]*>\s*)?<usi:tdm"),
+    Unread("the index of a TDMS file", ("tdms_index",), "name the .tdms file beside it", rb"TDSh"),
+    Unread("a recording of dSPACE ControlDesk", ("idf",), "export it in ControlDesk as MATLAB "
+           "(.mat), MF4 or CSV"),
+    Unread("a waveform of a Tektronix oscilloscope", ("isf", "wfm"), "save it as CSV"),
+    Unread("a PicoScope file", ("psdata",), "save it in PicoScope as MATLAB (.mat) or CSV"),
+    Unread("a WinDaq file", ("wdq", "wdh"), "export it in WinDaq as CSV"),
+    Unread("a testXpert file", ("zs2", "zse"), "export it in testXpert as text"),
+    Unread("a session of the Simulation Data Inspector", ("mldatx",), "export it there as MATLAB "
+           "(.mat)"),
+    Unread("a universal file (UFF)", ("uff", "unv"), "export it as text (CSV) or MATLAB (.mat) in "
+           "the program that wrote it", rb"\s{4}-1\s*\n\s*(?:58b?|151|164)\s"),
+    Unread("a capture of network packets", ("pcap", "pcapng", "cap"), "export the signals in "
+           "Wireshark as CSV",
+           rb"\xd4\xc3\xb2\xa1|\xa1\xb2\xc3\xd4|\x4d\x3c\xb2\xa1|\x0a\x0d\x0d\x0a"),
+    Unread("a Microsoft Access database", ("mdb", "accdb"), "export the table with the signals as "
+           "CSV or .xlsx", rb"\x00\x01\x00\x00Standard (?:Jet|ACE) DB"),
+    Unread("an SQLite database", ("db", "sqlite", "sqlite3"), "export the table with the signals "
+           "as CSV; a ROS 2 bag is named by its folder"),
+    Unread("an Arrow or Feather file", ("arrow", "feather"), "write it as Parquet",
+           rb"ARROW1\x00\x00"),
+    Unread("an array of NumPy", ("npy",), "save its columns by name with numpy.savez",
+           rb"\x93NUMPY"),
+    Unread("a pickle of Python, which can run code", ("pkl", "pickle"), "save the signals as "
+           "Parquet or NPZ"),
+    Unread("an archive", ("zip", "7z", "rar", "tar", "tgz", "xz", "bz2", "zst"), UNPACKED,
+           rb"7z\xbc\xaf\x27\x1c|Rar!\x1a\x07|BZh\d1AY&SY|\xfd7zXZ\x00|\x28\xb5\x2f\xfd"),
+)  # fmt: skip
 
 
-def told_by_head(data: bytes) -> Kind | None:
-    """Returns the kind that the first bytes of a file tell, or None if they tell none."""
+def kind_of(data: bytes, path: Path, ending: str) -> Kind:
+    """Returns the kind of a file, by its first bytes or else by the ending of its name.
+
+    Raises
+    ------
+    RecordError
+        it is of a kind that is not read.
+    """
+    kind = _told_by_head(data)
+    if kind is None and ending == "mat":
+        kind = _told_by_head(data[MATLAB_HEAD : MATLAB_HEAD + HEAD_BYTES])
+    if kind is None and ending not in CHECKED and (known := _refusal(path, data)) is not None:
+        raise known
+    return OF_ENDING[ending] if kind is None else kind
+
+
+def opened(kind: Kind, data: bytes, path: Path) -> Log | Table:
+    """Returns what a file of a kind holds; `data` is empty for a folder.
+
+    Raises
+    ------
+    RecordError
+        the file cannot be read; a package that its kind needs is not installed.
+    """
+    try:
+        return kind.read(data, path)
+    except ModuleNotFoundError as error:
+        if error.name is None or error.name.startswith("ehsid"):
+            raise
+        raise RecordError(
+            path,
+            f"the package '{error.name}', which reads files of this kind, is not installed",
+            expected="the packages that read logs",
+            mend=f"install them with: {install_line('logs')}",
+        ) from None
+
+
+def _told_by_head(data: bytes) -> Kind | None:
     return next((kind for kind in KINDS if kind.head and re.match(kind.head, data)), None)
 
 
@@ -99,14 +187,14 @@ def ending_of(path: Path) -> str:
     RecordError
         the ending is unknown.
     """
-    for ending in (*FORMATS, *LOG_ENDINGS):
+    for ending in ENDINGS:
         if path.name.lower().endswith("." + ending):
             return ending
-    known = refusal(path)
+    known = _refusal(path)
     if known is not None:
         raise known
-    endings = sorted((*FORMATS, *LOG_ENDINGS))
-    if (kind := told_by_head(first_bytes(path))) is not None:
+    endings = sorted(ENDINGS)
+    if (kind := _told_by_head(_first_bytes(path))) is not None:
         endings = list(kind.endings or FORMATS[1:2])
     listed = ", ".join("." + ending for ending in endings)
     raise RecordError(
@@ -135,3 +223,37 @@ def records_in(folder: Path) -> list[Path]:
         for path in folder.iterdir()
         if path.is_file() and path.name.lower().endswith(endings) and path.name[0] != "."
     )
+
+
+def _refusal(path: Path, data: bytes | None = None) -> RecordError | None:
+    """Returns the error for a file of a kind that is known but not read; None for any other file.
+
+    Parameters
+    ----------
+    path
+        its name, whose ending tells the kind where the content does not.
+    data
+        its content, if it has been read already; then only the content counts.
+    """
+    head = _first_bytes(path) if data is None else data[:HEAD_BYTES]
+    known = next((kind for kind in UNREAD if kind.head and re.match(kind.head, head)), None)
+    if known is None and data is None:
+        ending = path.suffix.lower().removeprefix(".")
+        known = next((kind for kind in UNREAD if ending in kind.endings), None)
+    if known is None:
+        return None
+    return RecordError(
+        path,
+        f"this is {known.name}, which is not read",
+        expected="a record, or a log of a kind that is read",
+        mend=known.export,
+    )
+
+
+def _first_bytes(path: Path) -> bytes:
+    """Returns the first bytes of a file; none if it cannot be read, of which others tell."""
+    try:
+        with path.open("rb") as file:
+            return file.read(HEAD_BYTES)
+    except (OSError, ValueError):
+        return b""

@@ -6,12 +6,15 @@ Each limit is a generous default that an environment variable replaces.
 
 from __future__ import annotations
 
+import gzip
 import os
 import stat
 import sys
+import zlib
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
+from io import BytesIO
 from pathlib import Path
 
 from .errors import RecordError
@@ -84,6 +87,7 @@ COLUMNS = Limit("EHSID_MAX_COLUMNS", 2_000, "columns")
 # Room for the libraries that a reader imports, and for what they hold while they work.
 ROOM_BYTES = 2**30
 LINE = Limit("EHSID_MAX_LINE", 2**20, "bytes in one line")
+GZIP_MAGIC = b"\x1f\x8b"
 
 
 @contextmanager
@@ -146,3 +150,35 @@ def read_file(path: Path, limit: Limit = BYTES) -> bytes:
         data = file.read(limit.most + 1)
     limit.check(len(data), path, at_least=True)
     return data
+
+
+def decompress(data: bytes, path: Path) -> bytes:
+    """Returns the decompressed content of a gzip file.
+
+    Raises
+    ------
+    RecordError
+        the data are empty, not gzip, cut short, or damaged, or their content is beyond the limit.
+    """
+    if not data:
+        raise RecordError(path, "the file is empty", expected="a gzip file", mend="export it again")
+    if not data.startswith(GZIP_MAGIC):
+        raise RecordError(
+            path,
+            "the name ends in .gz but the content is not gzip",
+            expected="a gzip file",
+            mend="rename it to .csv if it is plain text, or compress it again",
+        )
+    try:
+        # One byte more than allowed tells; what comes behind it is never decompressed.
+        with gzip.GzipFile(fileobj=BytesIO(data)) as file:
+            content = file.read(BYTES.most + 1)
+        BYTES.check(len(content), path, at_least=True)
+        return content
+    except EOFError:
+        problem = "the compressed file is cut short"
+    except (gzip.BadGzipFile, zlib.error) as error:
+        problem = f"the compressed file is damaged ({error})"
+    raise RecordError(
+        path, problem, expected="a whole gzip file", mend="copy or compress the file again"
+    )

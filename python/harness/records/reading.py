@@ -6,22 +6,16 @@ from __future__ import annotations
 import hashlib
 import math
 import os
-from collections.abc import Mapping, Sequence
-from contextlib import nullcontext
-from dataclasses import replace
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager, nullcontext
+from dataclasses import dataclass, replace
 from pathlib import Path
 from types import MappingProxyType
-from typing import TYPE_CHECKING, TypedDict
-
-import numpy as np
-import numpy.typing as npt
 
 from ..catalogue.channels import CHANNELS, COMMAND, POSITION, REQUIRED_COLUMNS, TIME
 from .checks import check_columns, without_useless
-from .csv_text import decompress
 from .errors import RecordError
-from .formats import FORMATS, ending_of, format_of, stem_of, told_by_head
-from .gaps import gap_remarks
+from .formats import ending_of, kind_of, opened, stem_of
 from .layout import (
     ColumnMap,
     Layout,
@@ -31,26 +25,17 @@ from .layout import (
     layout_of,
     names_in_file,
 )
-from .limits import bounded_memory, read_file
+from .limits import bounded_memory, decompress, read_file
+from .logs.log import Log, Table
+from .logs.names import means, unit_in_name, unknown_unit
+from .logs.reading import even_record, record_of
 from .origin import NO_HINTS, Hints, Origin, without_numbers
+from .pasting import units_differ
 from .record import Record, make_record
 from .sentinels import has_sentinels
-from .timebase import TimeError
-from .unread import refusal
-from .wish import Wish
-
-if TYPE_CHECKING:
-    from .csv_format import CsvTable
-    from .logs.log import Log
-    from .mat_format import MatTable
-    from .npz_format import NpzTable
-    from .parquet_format import ParquetTable
-
-    Table = CsvTable | ParquetTable | MatTable | NpzTable
+from .timebase import TimeError, gap_remarks
 
 AS_THE_SCHEMA: Layout = MappingProxyType({})
-# Kinds whose readers decompress more than a file states.
-UNBOUNDED = ("mf4", "mdf", "mf3", "mdf3", "dat", "tdms", "mcap", "bag", "db3")
 # Longer sampling times are none of a servo; such a column of time is often in milliseconds.
 SLOW_S = 0.5
 
@@ -101,40 +86,13 @@ def read_record(
     path = Path(path)
     if hints.dt_s is not None and not 0.0 < hints.dt_s < math.inf:
         raise ValueError(f"sampling time {hints.dt_s:g} s: expected a number above 0")
-    ending = ending_of(path) if not path.is_dir() else _folder_kind(path)
-    data, sha256 = _bytes(path, ending)
     if required is None:
         required = REQUIRED_COLUMNS if columns is None else tuple(columns)
     check_layout(layout, path)
-    wish = Wish(columns, tuple(required), layout, hints)
-    refused: RecordError | None = None
-    no_signal: RecordError | None = None
-    if ending in FORMATS and not hints:
-        try:
-            table = _table(data, path)
-            if wish.is_met_by(table.names, path) and not is_other_log(table.names):
-                return _as_the_schema(table, wish, path, sha256)
-        except _NotTheSchemaError as error:
-            refused = error.refused
-        except RecordError as error:
-            # The time may be typed as dates, and where all columns are read, a structure, a cell
-            # array or a matrix may hold the signals. Of text the layout has told already.
-            text = ending in ("csv", "csv.gz")
-            no_channel = columns is None and error.column not in (None, TIME, *CHANNELS, *required)
-            if text or isinstance(error, TimeError):
-                raise
-            if error.column != wish.time_name and not no_channel:
-                raise
-            no_signal = error
-    from .logs.opening import open_log
-    from .logs.reading import record_of
-
-    name = path.name if path.is_dir() else stem_of(path)
-    with bounded_memory(path) if ending in UNBOUNDED else nullcontext():
-        log = open_log(data, path, ending, refused)
-        if no_signal is not None and not log.series and not log.notes:
-            raise no_signal
-        return record_of(log, path, wish, name=name, sha256=sha256)
+    request = Request(columns, tuple(required), layout, hints)
+    with _opened(path) as (file, sha256):
+        name = path.name if path.is_dir() else stem_of(path)
+        return record_in(file, path, request, name=name, sha256=sha256)
 
 
 def open_unread(path: Path) -> Log:
@@ -145,23 +103,97 @@ def open_unread(path: Path) -> Log:
     RecordError
         the file cannot be read.
     """
-    from .logs.opening import open_log
-
-    ending = ending_of(path) if not path.is_dir() else _folder_kind(path)
-    data, _ = _bytes(path, ending)
-    with bounded_memory(path) if ending in UNBOUNDED else nullcontext():
-        return open_log(data, path, ending)
+    with _opened(path) as (file, _):
+        return file if isinstance(file, Log) else file.log()
 
 
-def is_other_log(file_names: Sequence[str]) -> bool:
+def record_in(
+    file: Log | Table, path: Path, request: Request, *, name: str, sha256: str | None
+) -> Record:
+    """Returns the record in a file that is open: its table as it is, if it can be, or its log.
+
+    Raises
+    ------
+    RecordError
+        as `read_record`.
+    """
+    no_signal: RecordError | None = None
+    if isinstance(file, Table):
+        try:
+            record = None if request.hints else _as_it_is(file, path, request, name, sha256)
+            if record is not None:
+                return record
+        except RecordError as error:
+            # The time may be typed as dates, and where all columns are read, a structure, a cell
+            # array or a matrix may hold the signals.
+            no_channel = request.columns is None and error.column not in (
+                *(None, TIME, *CHANNELS, *request.required),
+            )
+            if file.is_flat or isinstance(error, TimeError):
+                raise
+            if error.column != request.time_name and not no_channel:
+                raise
+            no_signal = error
+        file = file.log()
+        if no_signal is not None and not file.series and not file.notes:
+            raise no_signal
+    return record_of(file, path, request, name=name, sha256=sha256)
+
+
+@dataclass(frozen=True)
+class Request:
+    """What the caller of `read_record` asks for."""
+
+    columns: Sequence[str] | None
+    required: tuple[str, ...]
+    layout: Layout
+    hints: Hints
+
+    def is_met_by(self, file_names: Sequence[str], path: Path) -> bool:
+        """Whether a file has all required columns, and the mapped ones, under the names asked for.
+
+        Raises
+        ------
+        RecordError
+            two columns of the file would get the same name.
+        """
+        layout = layout_of(file_names, self.layout)
+        names = names_in_file(file_names, layout, path)
+        requested = self.requested(names)
+        needed = (*self.required, *(name for name in layout if name in requested))
+        if any(self._log_has_unit(names, layout, name) for name in layout):
+            return False
+        return all(
+            names.get(name) == (layout[name].name if name in layout else name) for name in needed
+        )
+
+    def _log_has_unit(self, names: Mapping[str, str], layout: Layout, channel: str) -> bool:
+        """Whether a column without a unit in the layout has one in its name, not the schema's."""
+        if layout[channel].unit is not None or channel not in self.requested(names):
+            return False
+        name = layout[channel].name
+        unit = unit_in_name(name, channel) or unknown_unit(name, channel)
+        return unit is not None and unit != CHANNELS[channel].unit
+
+    def requested(self, names: Mapping[str, str]) -> set[str]:
+        """Returns the columns to read of a file with the columns `names`."""
+        if self.columns is None:
+            return {*names, *self.layout}
+        return {*self.columns, *self.required, TIME}
+
+    @property
+    def time_name(self) -> str:
+        """Name of the column of time in the file, as the layout has it."""
+        return self.layout[TIME].name if TIME in self.layout else TIME
+
+
+def _is_other_log(file_names: Sequence[str]) -> bool:
     """Whether a file lacks `time_s` or `position_m`, and may have it under another name.
 
     A name is that of a position only if it states a unit: `y` is a name in plain records, too.
     """
     if TIME in file_names and POSITION in file_names:
         return False
-    from .logs.names import means, unit_in_name
-
     named = TIME not in file_names and any(means(name, TIME) for name in file_names)
     return named or (
         POSITION not in file_names
@@ -169,54 +201,55 @@ def is_other_log(file_names: Sequence[str]) -> bool:
     )
 
 
-class _NotTheSchemaError(Exception):
-    """A file is not laid out as the schema wants it; `refused` says why, if its reader does."""
+def _as_it_is(
+    table: Table, path: Path, request: Request, name: str, sha256: str | None
+) -> Record | None:
+    """Reads a file that has all columns, bit for bit; only an uneven time is resampled.
 
-    def __init__(self, refused: RecordError | None) -> None:
-        super().__init__(str(refused))
-        self.refused = refused
-
-
-def _as_the_schema(table: Table, wish: Wish, path: Path, sha256: str) -> Record:
-    """Reads a file that has all columns, bit for bit; only an uneven time is resampled."""
-    layout = layout_of(table.names, wish.layout)
-    names = names_in_file(table.names, layout, path)
-    requested = wish.requested(names)
+    None where it has other names, another layout, or numbers that stand for no value: such a file
+    is a log.
+    """
+    file_names = table.names()
+    if file_names is None or not request.is_met_by(file_names, path) or _is_other_log(file_names):
+        return None
+    layout = layout_of(file_names, request.layout)
+    names = names_in_file(file_names, layout, path)
+    asked = request.requested(names)
     texts = table.text_names()
+    known = (TIME, *CHANNELS, *request.required, *(request.columns or ()))
     wanted = {
-        name: names[name]
-        for name in names
-        if name in requested
-        and (
-            names[name] not in texts
-            or name in (TIME, *CHANNELS, *wish.required, *(wish.columns or ()))
-        )
+        target: one
+        for target, one in names.items()
+        if target in asked and (one not in texts or target in known)
     }
-    left_out = [name for name in texts if name not in wanted.values()]
-    arrays, useless = _arrays(table, wanted, layout, path, wish.required)
-    about: _About = {
-        "name": stem_of(path),
-        "sha256": sha256,
-        "first_row": table.first_row,
-    }
+    left_out = without_numbers([one for one in texts if one not in wanted.values()])
+    needed = {wanted[one] for one in (TIME, COMMAND, POSITION, *request.required) if one in wanted}
+    read, useless = without_useless(
+        table.read(list(dict.fromkeys(wanted.values()))), needed, table.first_row
+    )
+    # The check comes before the renaming, so that messages use the column names of the file.
+    arrays = check_columns(read, file=path, first_row=table.first_row)
+    columns = {target: arrays[one] for target, one in wanted.items() if one in arrays}
+    if has_sentinels(columns):
+        return None
+    for target in columns.keys() & layout.keys():
+        columns[target] = in_schema_unit(columns[target], layout[target], CHANNELS[target].unit)
     try:
-        record = make_record(arrays, source=path, **about)
+        record = make_record(
+            columns, name=name, source=path, sha256=sha256, first_row=table.first_row
+        )
         remarks = (
-            *without_numbers(left_out),
-            *useless,
             *_other_units(layout, wanted),
             *gauge_remarks({names[one]: layout[one].unit for one in layout if one in wanted}),
-            *slow_remarks(record),
+            *_slow_remarks(record),
             *gap_remarks(record),
         )
-        return replace(record, origin=Origin(ending_of(path), (), remarks) if remarks else None)
     except TimeError as error:
-        from .logs.reading import even_record
-
-        record = even_record(arrays, error, path=path, kind=ending_of(path), **about)
-        assert record.origin is not None
-        remarks = (*without_numbers(left_out), *useless, *record.origin.remarks)
-        return replace(record, origin=replace(record.origin, remarks=remarks))
+        record, remarks = even_record(
+            columns, error, path=path, name=name, sha256=sha256, first_row=table.first_row
+        )
+    remarks = (*left_out, *useless, *remarks)
+    return replace(record, origin=Origin(table.ending, (), remarks) if remarks else None)
 
 
 def _other_units(layout: Layout, wanted: Mapping[str, str]) -> list[str]:
@@ -224,9 +257,6 @@ def _other_units(layout: Layout, wanted: Mapping[str, str]) -> list[str]:
     stated = {name: one for name, one in layout.items() if one.unit is not None and name in wanted}
     if not stated:
         return []
-    from .logs.names import unit_in_name
-    from .pasting import units_differ
-
     remarks: list[str] = []
     for name, one in stated.items():
         said = unit_in_name(one.name, name)
@@ -234,7 +264,7 @@ def _other_units(layout: Layout, wanted: Mapping[str, str]) -> list[str]:
     return remarks
 
 
-def slow_remarks(record: Record) -> tuple[str, ...]:
+def _slow_remarks(record: Record) -> tuple[str, ...]:
     """Returns a remark on a servo with a sampling time that only a wrong unit explains."""
     if record.dt_s is None or record.dt_s < SLOW_S or record.columns.keys().isdisjoint(CHANNELS):
         return ()
@@ -244,31 +274,16 @@ def slow_remarks(record: Record) -> tuple[str, ...]:
     )
 
 
-class _About(TypedDict):
-    name: str
-    sha256: str
-    first_row: int
-
-
-def _arrays(
-    table: Table, wanted: Mapping[str, str], layout: Layout, path: Path, required: Sequence[str]
-) -> tuple[dict[str, npt.NDArray[np.float64]], list[str]]:
-    """Returns the columns by their name in the record, in its units, and what is left out."""
-    needed = {wanted[name] for name in (TIME, COMMAND, POSITION, *required) if name in wanted}
-    read, remarks = without_useless(
-        table.read(list(dict.fromkeys(wanted.values()))), needed, table.first_row
-    )
-    # The check comes before the renaming, so that messages use the column names of the file.
-    arrays = check_columns(read, file=path, first_row=table.first_row)
-    if has_sentinels({target: arrays[name] for target, name in wanted.items() if name in arrays}):
-        raise _NotTheSchemaError(None)  # its gaps are those of a log
-    return {
-        target: in_schema_unit(arrays[name], layout[target], CHANNELS[target].unit)
-        if target in layout
-        else arrays[name]
-        for target, name in wanted.items()
-        if name in arrays
-    }, remarks
+@contextmanager
+def _opened(path: Path) -> Iterator[tuple[Log | Table, str]]:
+    """Opens a file, which is read as long as the block lasts, and gives its SHA-256 digest, too."""
+    ending = ending_of(path) if not path.is_dir() else _folder_kind(path)
+    data, sha256 = _bytes(path)
+    if ending.endswith(".gz"):
+        data = decompress(data, path)
+    kind = kind_of(data, path, ending)
+    with bounded_memory(path) if kind.unbounded else nullcontext():
+        yield opened(kind, data, path), sha256
 
 
 def _folder_kind(path: Path) -> str:
@@ -289,7 +304,7 @@ def _folder_kind(path: Path) -> str:
     )
 
 
-def _bytes(path: Path, ending: str) -> tuple[bytes, str]:
+def _bytes(path: Path) -> tuple[bytes, str]:
     """Returns the content of a file and its SHA-256; of a folder its digest only."""
     if "\0" in str(path):
         raise RecordError(
@@ -310,48 +325,3 @@ def _bytes(path: Path, ending: str) -> tuple[bytes, str]:
     except OSError as error:
         problem, mend = f"the file cannot be read ({error.strerror})", "check its permissions"
     raise RecordError(path, problem, expected="a record file", mend=mend)
-
-
-def _table(data: bytes, path: Path) -> Table:
-    # Only the library of the file's format is imported: polars and scipy take long to import.
-    match format_of(path):
-        case "csv" | "csv.gz" as kind:
-            text = data if kind == "csv" else decompress(data, path)
-            return _csv_table(text, path)
-        case "parquet":
-            from .parquet_format import ParquetTable
-
-            return ParquetTable(data, path)
-        case "mat":
-            from .mat_format import HDF5_AT, HDF5_MAGIC, MatTable
-
-            if data.startswith(HDF5_MAGIC, HDF5_AT):
-                raise _NotTheSchemaError(None)
-            return MatTable(data, path)
-        case "npz":
-            from .npz_format import NpzTable
-
-            return NpzTable(data, path)
-
-
-def _csv_table(text: bytes, path: Path) -> CsvTable:
-    """Opens a CSV file, if it is laid out as the schema wants it.
-
-    A file with another layout may have the right names: with a row of units below them, with a
-    decimal comma, or with dates in the column of time.
-    """
-    from .csv_format import CsvTable
-    from .logs.text import differs_from_schema
-
-    if told_by_head(text) is not None or refusal(path, text) is not None:
-        raise _NotTheSchemaError(None)
-    refused = None
-    try:
-        table = CsvTable(text, path)
-    except RecordError as error:
-        refused = error
-    if differs_from_schema(text, path):
-        raise _NotTheSchemaError(refused)
-    if refused is not None:
-        raise refused
-    return table

@@ -1,10 +1,11 @@
 # SPDX-License-Identifier: MIT
-"""The record: uniform samples of named columns, and a function that checks and builds it."""
+"""The record: uniform samples of named columns, and functions that build it and tell it apart."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass
+import hashlib
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any
@@ -146,3 +147,54 @@ def make_record(
         sha256=sha256,
         origin=origin,
     )
+
+
+def digest(columns: Iterable[tuple[str, npt.NDArray[Any]]]) -> str:
+    """Returns the SHA-256 hex digest of names and values of columns."""
+    found = hashlib.sha256()
+    for name, values in columns:
+        found.update(f"{name}\0{values.dtype.str}\0{values.size}\0".encode())
+        found.update(values.tobytes())
+    return found.hexdigest()
+
+
+def told_apart(records: Sequence[Record]) -> list[Record]:
+    """Returns the records with unique names.
+
+    If records have the same file stem, the name of the folder is put before it.
+
+    Raises
+    ------
+    ValueError
+        two records have the same data, or the names are still not unique.
+    """
+    seen: dict[str, Record] = {}
+    for record in records:
+        # A record that was made in memory, such as a simulated one, has no digest of a file.
+        key = record.sha256 or digest(record.columns.items())
+        if key in seen:
+            raise ValueError(
+                f"{_place(record)}: the same data as {_place(seen[key])}; give each record once, "
+                "and hold out none that is fitted"
+            )
+        seen[key] = record
+    stems = [record.name for record in records]
+    named = [
+        replace(record, name=f"{Path(record.source).resolve().parent.name}_{record.name}")
+        if record.source is not None and stems.count(record.name) > 1
+        else record
+        for record in records
+    ]
+    names = [record.name for record in named]
+    twice = [record for record in named if names.count(record.name) > 1]
+    if twice:
+        raise ValueError(
+            f"{_place(twice[0])} and {_place(twice[1])}: both are called "
+            f"'{twice[0].name}'; rename one"
+        )
+    return named
+
+
+def _place(record: Record) -> Path | str:
+    """Returns the file of a record, or its name where it has none."""
+    return record.source or record.name

@@ -8,8 +8,7 @@ from typing import Any
 
 import panel as pn
 
-from ehsid.harness.records.formats import FORMATS
-from ehsid.harness.records.logs.opening import MODULES
+from ehsid.harness.records.formats import ENDINGS
 
 from .. import look
 from ..downsampling import opened
@@ -183,7 +182,7 @@ def _logs_at(path: Path) -> list[Path]:
     """
     if not path.is_dir() or (path / "metadata.yaml").is_file():  # a ROS 2 bag is a folder
         return [path]
-    endings = tuple(f".{ending}" for ending in {*FORMATS, *MODULES})
+    endings = tuple(f".{ending}" for ending in ENDINGS)
     logs = sorted(file for file in path.iterdir() if file.name.lower().endswith(endings))
     if not logs:
         raise SessionError(

@@ -4,7 +4,7 @@ import pytest
 
 from ehsid.harness.records import Hints, RecordError
 from ehsid.harness.records.in_memory import digest, record_of_columns
-from ehsid.harness.records.telling_apart import told_apart
+from ehsid.harness.records.record import told_apart
 
 ROWS = {"time_s": np.arange(6) * 0.1, "command_v": np.arange(6.0), "other": np.ones(6)}
 

@@ -7,7 +7,7 @@ import numpy as np
 
 from ...catalogue.channels import CHANNELS
 from ...records import Record
-from ...records.gaps import mend_of_gaps, pieces_in_words
+from ...records.timebase import mend_of_gaps, pieces_in_words
 from ...rigs import Rig
 from ..schema import SKIP_S, WINDOW_S, Remark
 from .floor import LEAST_SAMPLES, shows_motion

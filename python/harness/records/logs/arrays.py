@@ -36,6 +36,11 @@ class Part:
     unit: str | None = None
     labels: tuple[str, ...] = ()
 
+    @classmethod
+    def of(cls, path: tuple[str, ...], values: npt.NDArray[Any], unit: str | None = None) -> Part:
+        """Returns the part for an array that has been read."""
+        return cls(path, values.shape, values.dtype, values.copy, unit)
+
 
 def series_of(parts: Iterable[Part], path: Path) -> tuple[Series, ...]:
     """Returns the signals in arrays: vectors, columns of matrices, and times that have a type.

@@ -1,5 +1,8 @@
 # SPDX-License-Identifier: MIT
-"""Finds out how a text file of numbers is laid out: delimiter, decimal mark, header, first row."""
+"""Finds out how a text file of numbers is laid out: delimiter, decimal mark, header, first row.
+
+And which rows at its end are no samples: an unfinished one, sums and means.
+"""
 
 from __future__ import annotations
 
@@ -10,7 +13,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from ...catalogue.channels import CHANNELS
-from ..csv_text import WITH_PREFIX
+from .cells import WITH_PREFIX
 from .names import means
 from .units import looks_like_a_unit
 
@@ -41,6 +44,17 @@ _STEP_NAME = re.compile(
     r"\W*?(?:\(?s\)?)?\W*([\d.]+(?:e[+-]?\d+)?)\s*(ms|s)?\s*$",
     re.I,
 )
+
+# So many rows with the same number of decimals are taken for a fixed form of numbers.
+ROWS_OF_ONE_FORM = 50
+# Rows of results below a table are fewer.
+MOST_RESULTS = 12
+_WORDS = """
+sum summe total gesamt somme suma somma mean mittel mittelwert average avg durchschnitt moyenne
+promedio median min minimum max maximum std stdev stddev stdabw standardabweichung rms varianz
+effektivwert spannweite count anzahl variance
+"""
+_RESULTS = frozenset(_WORDS.split())
 
 
 @dataclass(frozen=True)
@@ -313,3 +327,65 @@ def _positive(text: str) -> float | None:
     except ValueError:
         return None
     return value if 0.0 < value < 1e12 else None
+
+
+def samples_of(
+    body: bytes, delimiter: str, decimal: str, *, ended: bool
+) -> tuple[bytes, list[str]]:
+    """Returns the rows of the samples, and remarks on the last ones that are none of them.
+
+    `ended` says whether the text ends with a line end.
+    """
+    body, notes = _without_results(body, delimiter)
+    if notes or ended:
+        return body, notes
+    *before, last = [
+        _cells_or_line(line.decode(), delimiter) for line in body.rsplit(b"\n", ROWS_OF_ONE_FORM)
+    ]
+    before = before[-ROWS_OF_ONE_FORM:]
+    if before and (
+        len(last) < len(before[-1])
+        or is_cut([cells[-1] for cells in before if cells], last[-1], decimal)
+    ):
+        return body.rpartition(b"\n")[0], ["the last row is not complete and is left out"]
+    return body, []
+
+
+def _without_results(body: bytes, delimiter: str) -> tuple[bytes, list[str]]:
+    *above, first = body.rsplit(b"\n", ROWS_OF_ONE_FORM)
+    lines = [*above[1:], first]
+    rows = [_cells_or_line(line.decode("utf-8", "replace"), delimiter) for line in lines]
+    labels = [next((cell for cell in row if _is_result(cell)), "") for row in rows]
+    start = len(rows)
+    while start and (labels[start - 1] or not any(rows[start - 1])):
+        start -= 1
+    start += next((i for i, label in enumerate(labels[start:]) if label), 0)
+    count = sum(1 for label in labels[start:] if label)
+    # A word that stands in every row belongs to a column of words.
+    if not 0 < count <= min(MOST_RESULTS, len(rows) // 2):
+        return body, []
+    what = "the last row is no sample" if count == 1 else f"the last {count} rows are no samples"
+    kept = body[: len(body) - sum(len(line) + 1 for line in lines[start:])]
+    return kept.rstrip(b"\n\t "), [f"{what} ('{labels[start]}'): left out"]
+
+
+def has_results(body: bytes, delimiter: str) -> bool:
+    """Whether rows of sums or means stand below a table."""
+    return bool(_without_results(body.rstrip(b"\r\n\t "), delimiter)[1])
+
+
+def _is_result(cell: str) -> bool:
+    return cell.strip(" .:\"'()").casefold() in _RESULTS
+
+
+def is_cut(above: Sequence[str], last: str, decimal: str) -> bool:
+    """Whether a number has too few decimals beside all of those above it to be whole.
+
+    Numbers of as many digits as they need may end in a zero that is not written, but hardly in
+    three.
+    """
+    counts = {len(cell.strip().partition(decimal)[2]) for cell in above}
+    if len(above) < ROWS_OF_ONE_FORM:
+        return False
+    least = min(counts) - (2 if len(counts) > 1 else 0)
+    return len(last.strip().partition(decimal)[2]) < least

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -15,7 +16,6 @@ from ..errors import RecordError
 from ..origin import Hints, Origin, without_numbers
 from ..record import Record, make_record
 from ..timebase import BRIDGED_STEPS, GAP_FACTOR, MAX_JITTER, TimeError, analyse_time
-from ..wish import Wish
 from .clock import Clock, Clocks, time_map
 from .log import Log
 from .matching import Choice, Matching
@@ -35,11 +35,14 @@ from .uniform import (
     with_rows,
 )
 
+if TYPE_CHECKING:
+    from ..reading import Request
+
 MIN_VALUES = 2
 NOT_WHOLE = "'{}' is left out: it does not cover the whole record"
 
 
-def record_of(log: Log, path: Path, wish: Wish, *, name: str, sha256: str | None) -> Record:
+def record_of(log: Log, path: Path, request: Request, *, name: str, sha256: str | None) -> Record:
     """Returns the record that a log holds.
 
     Raises
@@ -47,14 +50,14 @@ def record_of(log: Log, path: Path, wish: Wish, *, name: str, sha256: str | None
     RecordError
         a required column is not found, or not without doubt; its time cannot be repaired.
     """
-    required, hints = wish.required, wish.hints
-    named = CHANNELS if wish.columns is None else wish.columns
+    required, hints = request.required, request.hints
+    named = CHANNELS if request.columns is None else request.columns
     wanted = list(dict.fromkeys([*named, *required, *hints.maps]))
-    matching = Matching(log, path, hints.maps, wish.layout)
+    matching = Matching(log, path, hints.maps, request.layout)
     choices = matching.choose(wanted, set(required) - {TIME})
-    time = time_map(hints.maps, wish.layout, log)
+    time = time_map(hints.maps, request.layout, log)
     clocks = Clocks(log, path, time, hints.dt_s, by_rig=TIME not in hints.maps)
-    if wish.columns is None:
+    if request.columns is None:
         times = clocks.columns()
         clocks.say_unused(times)
         choices += matching.rest(choices, times)
@@ -80,7 +83,7 @@ def record_of(log: Log, path: Path, wish: Wish, *, name: str, sha256: str | None
     taken = (*([taken_time.taken] if taken_time else []), *used)
     remarks = (
         *log.notes,
-        *(matching.missing(taken) if wish.columns is None else ()),
+        *(matching.missing(taken) if request.columns is None else ()),
         *matching.remarks,
         *without_numbers(log.texts),
         *clocks.remarks,
@@ -373,11 +376,10 @@ def even_record(
     *,
     path: Path,
     name: str,
-    sha256: str,
+    sha256: str | None,
     first_row: int,
-    kind: str,
-) -> Record:
-    """Returns a record that follows the schema but for its time, resampled to an even time.
+) -> tuple[Record, tuple[str, ...]]:
+    """Returns a record that follows the schema but for its time, on an even time, and remarks.
 
     Raises
     ------
@@ -389,14 +391,12 @@ def even_record(
     mended = repaired(time_s, remarks)
     if mended is None:
         raise error
-    maker = _Maker(path, first_row, Clocks(Log(kind, ()), path, None, None), Hints())
+    maker = _Maker(path, first_row, Clocks(Log("", ()), path, None, None), Hints())
     signals = {
         one: Timed(mended[0], np.asarray(values)[mended[1]], held=one == COMMAND)
         for one, values in columns.items()
         if one != TIME
     }
     made = maker.together(signals, list(signals))
-    origin = Origin(kind, (), (*remarks, *maker.remarks))
-    return make_record(
-        made, name=name, source=path, sha256=sha256, first_row=first_row, origin=origin
-    )
+    record = make_record(made, name=name, source=path, sha256=sha256, first_row=first_row)
+    return record, (*remarks, *maker.remarks)

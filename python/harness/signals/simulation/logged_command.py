@@ -8,7 +8,7 @@ import numpy as np
 from ...base.arrays import FloatArray
 from ...catalogue.channels import COMMAND
 from ...records import Record
-from ...records.gaps import mend_of_gaps, pieces_in_words
+from ...records.timebase import mend_of_gaps, pieces_in_words
 from ...rigs import Rig
 from .controller import command_limit
 

@@ -1,16 +1,23 @@
 # SPDX-License-Identifier: MIT
-"""Dates and times of day as text, turned into seconds since the first row."""
+"""What cells of text mean: numbers, whatever their decimal mark, and dates and times of day.
+
+Moments become seconds since the first row.
+"""
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass
 from itertools import product
+from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
-import polars as pl
 
 from ...base.arrays import FloatArray
+
+if TYPE_CHECKING:
+    import polars as pl
 
 DAY_S = 86_400.0
 TRIED_ROWS = 50
@@ -25,6 +32,12 @@ _CLOCK = r"\d:\d{2}(?::\d{2}(?:\.\d+)?)?(?: [AP]M)?"
 _ZONES = {"Z": 0, "UTC": 0, "GMT": 0, "CET": 60, "MEZ": 60, "CEST": 120, "MESZ": 120}
 _ZONE = rf"(?i)({_CLOCK}) ?({'|'.join(sorted(_ZONES, key=len, reverse=True))})?"
 _OFFSET = r"(?:([+-])(\d{1,2}):?(\d{2})?)?$"
+
+# A number with a prefix of the SI, a unit, or both behind it: "-5.7m", "3k", "12.5 mV".
+WITH_PREFIX = re.compile(
+    r"([+-]?(?:\d+[.,]?\d*|[.,]\d+))\s?(?=\S)([fpnuµμmkKMGT]|[Mm]eg)?(?:V|A|m|s|Hz|N|Pa|bar)?"
+)
+POWERS = {"f": -15, "p": -12, "n": -9, "u": -6, "m": -3, "k": 3, "K": 3, "M": 6, "G": 9, "T": 12}
 
 
 @dataclass(frozen=True)
@@ -87,6 +100,8 @@ def moments(text: pl.Series) -> Stamps | None:
 
 def _offsets(clean: pl.Series) -> tuple[FloatArray, npt.NDArray[np.bool_]]:
     """Returns the offset of each cell from UTC in seconds, and whether it states one."""
+    import polars as pl
+
     parts = clean.str.extract_groups(_ZONE + _OFFSET).struct.unnest()
     names, signs, hours, minutes = (parts.to_series(k) for k in range(1, 5))
     by_name = names.str.to_uppercase().replace_strict(_ZONES, default=0, return_dtype=pl.Int64)
@@ -103,6 +118,8 @@ def _parsed(text: pl.Series, pattern: str) -> pl.Series:
 
 def _since_first(stamps: pl.Series, tick_s: float = 1e-9) -> FloatArray:
     """Returns seconds since the first moment; whole ticks are subtracted exactly."""
+    import polars as pl
+
     ticks = stamps.cast(pl.Int64)
     first = ticks.drop_nulls()[0]
     since = (ticks - first).cast(pl.Float64).fill_null(float("nan")).to_numpy()
@@ -124,8 +141,94 @@ def from_datetimes(stamps: pl.Series) -> FloatArray:
     They are counted in their own unit: in nanoseconds, only the years 1677 to 2262 have room. With
     a time zone, what counts is stored in UTC and runs on over the change of summer time.
     """
+    import polars as pl
+
     if stamps.null_count() == len(stamps):
         return np.full(len(stamps), np.nan)
     unit = "d" if stamps.dtype == pl.Date else getattr(stamps.dtype, "time_unit", None) or "ns"
     found = _since_first(stamps.to_physical(), SECONDS[unit])
     return _over_midnight(found) if stamps.dtype == pl.Time else found
+
+
+@dataclass(frozen=True)
+class Marks:
+    """How the numbers of a column are written.
+
+    Attributes
+    ----------
+    decimal
+        "." or ",".
+    thousands
+        the mark between groups of three digits, or None.
+    doubtful
+        a number that can be read in two ways, or None.
+    """
+
+    decimal: str
+    thousands: str | None = None
+    doubtful: str | None = None
+
+    def plain(self, text: pl.Series) -> pl.Series:
+        """Returns the numbers with a decimal point; with a mark of neither use they stay text."""
+        if self.thousands is not None:
+            text = text.str.replace_all(self.thousands, "", literal=True)
+        if self.decimal == ",":
+            # A point would pass for the decimal one.
+            text = text.str.replace_all(".", "?", literal=True)
+            text = text.str.replace(",", ".", literal=True)
+        return text
+
+
+def marks_of(column: pl.Series, usual: str) -> Marks:
+    """Returns the marks of a column in a file whose decimal mark is usually `usual`.
+
+    "1.000" beside "999" or "1,5" is a thousand; where all cells are like "1.234", it may be both.
+    """
+    other = "." if usual == "," else ","
+    text = column.drop_nulls().str.strip_chars()
+    has_other = text.str.contains(other, literal=True)
+    marked, rest = text.filter(has_other), text.filter(~has_other)
+    if len(marked):
+        if _all(marked, rf"[1-9]\d{{0,2}}(?:\{other}\d{{3}})+(?:\{usual}\d*)?"):
+            several = marked.str.count_matches(other, literal=True).max() != 1
+            sure = several or marked.str.contains(usual, literal=True).any()
+            fewer = rest.filter(rest.str.contains(r"\d"))
+            if (sure or len(fewer)) and _all(fewer, rf"\d{{1,3}}(?:\{usual}\d*)?"):
+                return Marks(usual, other)
+            return Marks(usual, doubtful=str(marked[0]))
+        if not text.str.contains(usual, literal=True).any() and _all(
+            marked, rf"(?:\d+\{other}\d*|\{other}\d+)(?:[eEdD][+-]?\d+)?"
+        ):
+            return Marks(other)
+        return Marks(usual)
+    has_usual = text.str.contains(usual, literal=True)
+    marked, rest = text.filter(has_usual), text.filter(~has_usual)
+    if (
+        len(marked)
+        and _all(marked, rf"[1-9]\d{{0,2}}(?:\{usual}\d{{3}})+")
+        and _all(rest, r"\d{1,3}")
+        and rest.str.contains(r"\d{3}").any()
+    ):
+        return Marks(other, usual)
+    return Marks(usual)
+
+
+def _all(cells: pl.Series, pattern: str) -> bool:
+    return bool(cells.str.contains(rf"^[+-]?{pattern}$").all())
+
+
+def plain_number_mend(cell: str) -> str | None:
+    """Returns the remedy for a cell such as "-5.7m"; None for any other text.
+
+    The letter is not read: "M" is a million to most programs and a thousandth to LTspice, and "m"
+    may be the unit.
+    """
+    match = WITH_PREFIX.fullmatch(cell.strip())
+    if match is None:
+        return None
+    power = POWERS.get((match[2] or "").replace("µ", "u").replace("μ", "u")[:1])
+    shown = f" (if '{match[2]}' is a prefix, {match[1]}e{power})" if power else ""
+    return (
+        f"export the column as plain numbers{shown}, and put a unit into the name of the column, "
+        "such as 'Stroke [mm]'"
+    )

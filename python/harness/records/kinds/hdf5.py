@@ -1,30 +1,43 @@
 # SPDX-License-Identifier: MIT
-"""Reads logs from HDF5 files, and from MAT files of version 7.3, which are HDF5."""
+"""Reads logs from HDF5 files, and from MAT files of version 7.3, which are HDF5.
+
+Attributes of a dataset may change its values, by the convention of netCDF: value = stored *
+scale_factor + add_offset. `_FillValue`, `missing_value` and the valid range are in the numbers that
+are stored, and tell which of them are no values.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Mapping
 from functools import partial
 from io import BytesIO
 from pathlib import Path
 from typing import Any
 
-import h5py
 import numpy as np
 import numpy.typing as npt
 
 from ..errors import RecordError, damaged
 from ..limits import BYTES, COLUMNS
-from .arrays import SEPARATOR, Part, series_of
-from .log import Log
-from .matlab_objects import object_parts
-from .packing import Unpack, unpacking
+from ..logs.arrays import SEPARATOR, Part, series_of
+from ..logs.log import Kind, Log
+from .mat import object_parts
 
 # As in MAT files before version 7.3.
 MOST_DEPTH, MOST_CELLS = 3, 64
 UNIT_NAMES = ("unit", "units", "Unit", "Units", "UNIT", "UNITS")
 _INTEGERS = (f"{sign}int{bits}" for sign in ("", "u") for bits in (8, 16, 32, 64))
 NUMERIC_CLASSES = frozenset(["double", "single", "logical", *_INTEGERS])
+
+Unpack = Callable[[npt.NDArray[Any]], npt.NDArray[Any]]
+
+SCALES = ("scalefactor", "addoffset")
+MISSING = ("fillvalue", "missingvalue")
+RANGES = ("validmin", "validmax", "validrange")
+# Attributes of other conventions, whose formula is not known.
+UNKNOWN = ("scale", "scaling", "gain", "factor", "slope", "multiplier", "offset", "intercept",
+           "bias", "calibration", "unsigned")  # fmt: skip
+NEUTRAL = (0.0, 1.0)
 
 
 def read(data: bytes, path: Path) -> Log:
@@ -37,6 +50,8 @@ def read(data: bytes, path: Path) -> Log:
     RecordError
         the file is damaged or beyond a limit.
     """
+    import h5py
+
     notes: list[str] = []
     parts: list[Part] = []
     objects: list[str] = []
@@ -68,6 +83,8 @@ def _datasets(file: Any, name: str, item: Any, depth: int) -> Iterator[tuple[str
     Cells beyond MOST_CELLS, and cells in cells below `depth`, are no signals and are left out, as
     are the parts of sparse matrices.
     """
+    import h5py
+
     if not isinstance(item, h5py.Dataset) or "MATLAB_sparse" in item.parent.attrs:
         return
     if h5py.check_ref_dtype(item.dtype) is not h5py.Reference:
@@ -114,6 +131,8 @@ def _parts(name: str, dataset: Any, path: Path, objects: list[str], notes: list[
 
 def _content_bytes(file: Any) -> int:
     """Returns how many bytes all datasets have without compression."""
+    import h5py
+
     sizes: list[int] = []
 
     def visit(_: str, item: Any) -> None:
@@ -137,3 +156,75 @@ def _text(value: Any) -> str | None:
     if isinstance(value, bytes):
         return value.decode("utf-8", "replace")
     return value if isinstance(value, str) else None
+
+
+def unpacking(attributes: Mapping[str, Any], name: str, path: Path, notes: list[str]) -> Unpack:
+    """Returns what makes values of the stored numbers of a dataset, and adds a note on it.
+
+    It raises RecordError where an attribute cannot be applied, once the dataset is read.
+    """
+    known: dict[str, tuple[str, npt.NDArray[np.float64] | None]] = {}
+    foreign = []
+    for key in attributes:
+        plain = "".join(c for c in key.casefold() if c.isalnum())
+        if plain in (*SCALES, *MISSING, *RANGES):
+            known[plain] = key, _numbers(attributes[key])
+        elif plain in UNKNOWN:
+            found = _numbers(attributes[key])
+            if found is None or not np.isin(found, NEUTRAL).all():
+                foreign.append(f"{key} = {str(attributes[key])[:40]}")
+    if foreign:
+        notes.append(
+            f"'{name}' has attributes of unknown meaning, which are not applied: "
+            + ", ".join(foreign)
+        )
+    if not known:
+        return lambda stored: stored
+    sizes = {**dict.fromkeys((*SCALES, "validmin", "validmax"), 1), "validrange": 2}
+    bad = [key for plain, (key, found) in known.items()
+           if found is None or found.size != sizes.get(plain, found.size)]  # fmt: skip
+    if not bad:
+        words = (f"{key} = {', '.join(f'{x:.9g}' for x in v)}"
+                 for key, v in known.values() if v is not None)  # fmt: skip
+        notes.append(f"'{name}': attributes of the file are applied: {'; '.join(words)}")
+
+    def unpack(stored: npt.NDArray[Any]) -> npt.NDArray[Any]:
+        if bad:
+            raise RecordError(
+                path,
+                f"the attribute {bad[0]}, which changes the values, is not understood: "
+                f"{str(attributes[bad[0]])[:60]}",
+                column=name,
+                expected="one number (two for a valid range)",
+                mend="apply it before the export, and remove the attribute",
+            )
+        if stored.dtype.kind not in "fiub":
+            return stored
+        of = {plain: found for plain, (_, found) in known.items() if found is not None}
+        values = stored.astype(np.float64)
+        low, high = of.get("validrange", (-np.inf, np.inf))
+        low, high = of.get("validmin", [low])[0], of.get("validmax", [high])[0]
+        missing = (values < low) | (values > high)
+        for plain in MISSING:
+            # As float32 stores it, a number such as 9.96921e36 is not the one of the attribute.
+            given = of.get(plain, np.empty(0))
+            missing |= np.isin(values, given) | np.isin(values, given.astype(np.float32))
+        values = values * of.get("scalefactor", [1.0])[0] + of.get("addoffset", [0.0])[0]
+        values[missing] = np.nan
+        return values
+
+    return unpack
+
+
+def _numbers(value: Any) -> npt.NDArray[np.float64] | None:
+    """Returns the numbers of an attribute, which may be a number, an array, or text; else None."""
+    if isinstance(value, bytes):
+        value = value.decode("ascii", "replace")
+    try:
+        found = np.asarray(value).reshape(-1).astype(np.float64)
+    except (TypeError, ValueError):
+        return None
+    return found if found.size else None
+
+
+KIND = Kind(read, ("h5", "hdf5", "hdf"), rb"\x89HDF\r\n\x1a\n")

@@ -8,13 +8,10 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from rosbags.highlevel import AnyReader
-from rosbags.typesys import Stores, get_typestore
-
 from ..errors import RecordError, damaged
 from ..limits import COLUMNS
-from .log import Log, Series
-from .messages import topic_series
+from ..logs.log import Kind, Log, Series
+from ..logs.messages import topic_series
 
 
 def read(data: bytes, path: Path) -> Log:
@@ -61,7 +58,7 @@ def read(data: bytes, path: Path) -> Log:
                     path,
                     "ROS bag",
                 )
-    except RecordError:
+    except (ModuleNotFoundError, RecordError):
         raise
     except Exception as error:  # the reader has several families of exceptions
         raise damaged(path, "ROS bag", error) from None
@@ -69,6 +66,9 @@ def read(data: bytes, path: Path) -> Log:
 
 
 def _opened(bag: Path) -> Any:
+    from rosbags.highlevel import AnyReader
+    from rosbags.typesys import Stores, get_typestore
+
     return AnyReader([bag], default_typestore=get_typestore(Stores.LATEST))
 
 
@@ -82,3 +82,6 @@ def _messages(bag: Path, topic: str) -> Iterator[tuple[int, Any]]:
 def _of(reader: Any, connection: Any) -> Iterator[tuple[int, Any]]:
     for _, time_ns, raw in reader.messages(connections=[connection]):
         yield time_ns, reader.deserialize(raw, connection.msgtype)
+
+
+KIND = Kind(read, ("bag", "db3"), rb"#ROSBAG V2\.0", unbounded=True)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Reads logs that are text, in any layout that `dialect` finds."""
+"""Makes a log of text, in any layout that `dialect` finds."""
 
 from __future__ import annotations
 
@@ -9,31 +9,27 @@ from collections.abc import Sequence
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
-import polars as pl
 
 from ...base.arrays import FloatArray
 from ...catalogue.channels import TIME
-from ..csv_text import (
-    GZIP_MAGIC,
-    UTF8_BOM,
-    UTF16_BOMS,
-    check_size,
-    plain_number_mend,
-    unreadable_line,
-)
 from ..errors import RecordError
-from ..limits import BYTES, COLUMNS
-from .dates import TRIED_ROWS, Stamps, moments
-from .dialect import EMPTY, SAMPLE_LINES, Dialect, cells_of, sniff
-from .last_rows import has_results, samples_of
+from ..limits import BYTES, COLUMNS, GZIP_MAGIC, LINE, SAMPLES
+from .cells import TRIED_ROWS, Marks, Stamps, marks_of, moments, plain_number_mend
+from .dialect import EMPTY, SAMPLE_LINES, Dialect, cells_of, samples_of, sniff
 from .log import Log, Series
-from .marks import Marks, marks_of
 from .names import is_counter, means
 
+if TYPE_CHECKING:
+    import polars as pl
+
+UTF8_BOM = b"\xef\xbb\xbf"
+UTF16_BOMS = (b"\xff\xfe", b"\xfe\xff")
 CELL_BYTES = 8
 MARKS = {".": "point", ",": "comma"}
+EXPECTED_CSV = "comma-separated UTF-8 text with column names in row 1 and a decimal point"
 EXPECTED = "a table of numbers as text, with names above the columns"
 
 
@@ -67,6 +63,30 @@ def decode(data: bytes, path: Path) -> tuple[bytes, str | None]:
     return (data if b"\n" in data else data.replace(b"\r", b"\n")), note
 
 
+def check_size(data: bytes, path: Path) -> None:
+    """Checks the number of lines and their lengths before any line is divided into cells."""
+    SAMPLES.check(data.count(b"\n") - 1, path)
+    longest, start = LINE.most, 0
+    while len(data) - start > longest:
+        # The last line end that is near enough: all lines before it are short enough.
+        end = data.rfind(b"\n", start, start + longest + 1)
+        if end < 0:
+            row = data.count(b"\n", 0, start) + 1
+            LINE.check(len(data) - start, path, row=row, at_least=True)
+        start = end + 1
+
+
+def unreadable_line(path: Path, row: int, error: csv.Error) -> RecordError:
+    """Returns the error for a line that is not CSV, such as one with a stray carriage return."""
+    return RecordError(
+        path,
+        f"the row cannot be divided into cells ({str(error).split(' - ')[0]})",
+        row=row,
+        expected=EXPECTED_CSV,
+        mend="look for stray control characters and mixed line ends",
+    )
+
+
 def _binary(path: Path) -> RecordError:
     return RecordError(
         path,
@@ -85,7 +105,7 @@ def dialect_of(data: bytes) -> Dialect | None:
     return sniff(lines, whole=whole)
 
 
-def read(data: bytes, path: Path) -> Log:
+def log_of(data: bytes, path: Path) -> Log:
     """Returns the log in a text file.
 
     Raises
@@ -169,6 +189,8 @@ class TextTable:
         return body
 
     def _frame(self, body: bytes) -> pl.DataFrame:
+        import polars as pl
+
         dialect = self._dialect
         # The reader takes the number of columns from the first row, which may be a short one.
         widest = dialect.delimiter.encode() * (dialect.columns - 1) + b"\n"
@@ -347,6 +369,8 @@ def _numbers(
     column: pl.Series, marks: Marks
 ) -> tuple[FloatArray, np.ndarray[tuple[int], np.dtype[np.bool_]]]:
     """Returns the numbers of a column, NaN where there is none, and where text is no number."""
+    import polars as pl
+
     text = marks.plain(column.str.strip_chars())
     numbers = text.str.replace("[dD]([+-]?[0-9]+)$", "e${1}").cast(pl.Float64, strict=False)
     unread = numbers.is_null() & text.is_not_null()
@@ -390,23 +414,3 @@ def _blocks(names: Sequence[str], given: Sequence[str], frame: pl.DataFrame) -> 
             apart = False
         blocks.append(f"{block}")
     return blocks if block else [""] * len(names)
-
-
-def differs_from_schema(data: bytes, path: Path) -> bool:
-    """Whether a text is a table of numbers with another layout than that of a CSV record."""
-    try:
-        text, note = decode(data, path)
-        check_size(text, path)
-    except RecordError:
-        return False
-    dialect = dialect_of(text)
-    if dialect is None:
-        return False
-    if has_results(text, dialect.delimiter):
-        return True
-    plain = dialect.delimiter == "," and dialect.decimal == "." and dialect.names_row == 1
-    named = len(dialect.names) - (dialect.names[-1:] == ("",))
-    plain &= len(dialect.names) == dialect.columns and named == dialect.cells
-    if dialect.names_row == 0 and dialect.data_row == 2 and dialect.delimiter == ",":
-        return False  # names, but not as many as columns: the checks of a record say what is wrong
-    return note is not None or not plain or dialect.data_row != 2 or bool(dialect.dates)

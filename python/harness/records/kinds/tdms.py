@@ -10,14 +10,13 @@ from io import BytesIO
 from pathlib import Path
 from typing import Any
 
-import nptdms
 import numpy as np
 
 from ...base.arrays import FloatArray
 from ..errors import RecordError, damaged
 from ..limits import BYTES, COLUMNS, SAMPLES
-from .arrays import as_float
-from .log import Log, Read, Series
+from ..logs.arrays import as_float
+from ..logs.log import Kind, Log, Read, Series
 
 VALUE_BYTES = 8
 UNSET = np.datetime64("1904-01-02")
@@ -35,6 +34,8 @@ def read(data: bytes, path: Path) -> Log:
     RecordError
         the file is damaged or beyond a limit.
     """
+    import nptdms
+
     try:
         file = nptdms.TdmsFile.open(BytesIO(data))
         channels = [channel for group in file.groups() for channel in group.channels()]
@@ -153,3 +154,6 @@ def _series(channel: Any, repeated: bool, later_s: float, file: Any, path: Path)
 
 def _even(start: float, step: float, count: int) -> FloatArray:
     return start + step * np.arange(count, dtype=np.float64)
+
+
+KIND = Kind(read, ("tdms",), rb"TDSm", unbounded=True)

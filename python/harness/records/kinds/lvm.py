@@ -17,11 +17,10 @@ from typing import TypeVar
 import numpy as np
 
 from ...base.arrays import FloatArray
-from ..csv_text import check_size
 from ..errors import RecordError
-from . import text as plain
-from .dialect import Dialect, cells_of
-from .log import Log, Series
+from ..logs import text_table as plain
+from ..logs.dialect import Dialect, cells_of
+from ..logs.log import Kind, Log, Series
 
 END, START_SPECIAL, END_SPECIAL = "***End_of_Header***", "***Start_Special***", "***End_Special***"
 FIRST_LINE = "LabVIEW Measurement"
@@ -52,8 +51,8 @@ def read(data: bytes, path: Path) -> Log:
     """
     content, note = plain.decode(data, path)
     if not content.startswith(FIRST_LINE.encode()):
-        return plain.read(data, path)  # LabVIEW can write the rows without headers
-    check_size(content, path)
+        return plain.log_of(data, path)  # LabVIEW can write the rows without headers
+    plain.check_size(content, path)
     lines = content.decode().split("\n")
     separator = _separator(lines)
     header, segments, notes = _segments(lines, separator, path)
@@ -287,3 +286,6 @@ class _File:
                 segment.rows[0],
                 f"the header above has no {key} of '{segment.names[column]}'",
             ) from None
+
+
+KIND = Kind(read, ("lvm",), rb"(?:\xef\xbb\xbf)?LabVIEW Measurement")

@@ -14,7 +14,7 @@ import pytest
 import scipy.io.matlab
 
 from ehsid.harness.records import RecordError, read_record
-from ehsid.harness.records.logs.opening import open_log
+from ehsid.harness.records.reading import open_unread
 
 DATA = Path(scipy.io.matlab.__file__).parent / "tests" / "data"
 WRITTEN = sorted(DATA.glob("*.mat"))
@@ -75,7 +75,7 @@ def test_what_is_no_signal_is_refused_by_its_reason(name: str, words: str) -> No
 def test_every_file_is_read_or_refused_in_words(path: Path) -> None:
     """Whole, damaged or of another kind: nothing else than a RecordError comes out."""
     try:
-        log = open_log(path.read_bytes(), path, "mat")
+        log = open_unread(path)
     except RecordError:
         return
     assert all(one.read().size == one.size for one in log.series)
@@ -103,7 +103,7 @@ def test_cells_and_arrays_of_structures_of_version_7_3(tmp_path: Path) -> None:
         sparse["data"] = THETA
     with path.open("r+b") as raw:
         raw.write(b"MATLAB 7.3 MAT-file".ljust(128))
-    log = open_log(path.read_bytes(), path, "mat")
+    log = open_unread(path)
     found = {one.name: one.read() for one in log.series}
     assert sorted(found) == ["c{1}", "c{2}", "runs.time_s"]
     np.testing.assert_array_equal(found["c{1}"], signals["a"])

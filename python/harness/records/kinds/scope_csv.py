@@ -14,15 +14,19 @@ from pathlib import Path
 import numpy as np
 
 from ...base.arrays import FloatArray
-from ..csv_text import check_size
 from ..errors import RecordError
-from . import text as plain
-from .dialect import Dialect, cells_of
-from .log import Log, Read, Series
+from ..logs import text_table as plain
+from ..logs.dialect import Dialect, cells_of
+from ..logs.log import Kind, Log, Read, Series
 
 # The keys with names and units, and those that tell a row of keys from a row of values.
 NAME, UNIT = "Name", "Unit"
 HEADER_LINES = 60
+# An export begins with "Name", as many tables do; its other rows of keys are its own.
+HEAD = (
+    rb"(?:\xef\xbb\xbf)?Name[\t ,:;](?:[^\n]*\n){1,30}?"
+    rb"(?:Starttime of export|SymbolComment|SymbolName|SampleTime\[ms\])[\t ,:;]"
+)
 SCALES = {"Offset": "0", "ScaleFactor": "1", "Unit ScaleFactor": "1", "Unit Offset": "0"}
 MEND = "export it again in TwinCAT Scope with a full header and tabs or semicolons between columns"
 
@@ -36,7 +40,7 @@ def read(data: bytes, path: Path) -> Log:
         there are no names or no values, or a row has more cells than there are names.
     """
     content, note = plain.decode(data, path)
-    check_size(content, path)
+    plain.check_size(content, path)
     text = content.decode()
     delimiter = text[len(NAME)]
     keys, data_row = _keys(text, delimiter, path)
@@ -157,3 +161,6 @@ def _cut(series: Series, unit: str | None, time: Read, group: int) -> Series:
 def _unit(cell: str) -> str | None:
     """Returns the unit of a cell such as "mm (Length)"; None for "(None)"."""
     return cell.partition(" (")[0].strip() if not cell.startswith("(") else None
+
+
+KIND = Kind(read, (), HEAD)

@@ -12,14 +12,13 @@ from io import BytesIO
 from pathlib import Path
 from typing import Any
 
-import asammdf
 import numpy as np
 
 from ...base.arrays import FloatArray
 from ..errors import RecordError, damaged
 from ..limits import BYTES, COLUMNS, SAMPLES
-from .arrays import as_float
-from .log import Log, Series
+from ..logs.arrays import as_float
+from ..logs.log import Kind, Log, Series
 
 # A block of compressed data; its original length stands behind its head of 24 bytes and 8 more.
 COMPRESSED = b"##DZ"
@@ -39,11 +38,6 @@ def _close_quietly(file: Any) -> None:
         file.close()
 
 
-# Their own __del__ raises where the file was refused half read, which Python prints as a traceback.
-for _kind in (asammdf.blocks.mdf_v3.MDF3, asammdf.blocks.mdf_v4.MDF4):
-    _kind.__del__ = _close_quietly
-
-
 def read(data: bytes, path: Path) -> Log:
     """Returns the channels of a file as a log; each group has its own master channel as time.
 
@@ -52,6 +46,11 @@ def read(data: bytes, path: Path) -> Log:
     RecordError
         the file is damaged or beyond a limit.
     """
+    import asammdf
+
+    # Their own __del__ raises where the file was refused half read: Python prints a traceback then.
+    for kind in (asammdf.blocks.mdf_v3.MDF3, asammdf.blocks.mdf_v4.MDF4):
+        kind.__del__ = _close_quietly
     _check_compressed(data, path)
     try:
         file = asammdf.MDF(BytesIO(data), raise_on_multiple_occurrences=False)
@@ -164,3 +163,6 @@ def _check_compressed(data: bytes, path: Path) -> None:
             total += struct.unpack_from("<Q", data, at + LENGTH_AT)[0]
         BYTES.check(total, path)
         at = data.find(COMPRESSED, at + 1)
+
+
+KIND = Kind(read, ("mf4", "mdf", "mf3", "mdf3"), rb"MDF     |UnFinMF ", unbounded=True)

@@ -10,13 +10,10 @@ from io import BytesIO
 from pathlib import Path
 from typing import Any
 
-from mcap.exceptions import McapError
-from mcap.reader import make_reader
-
 from ..errors import RecordError, damaged
 from ..limits import BYTES, COLUMNS
-from .log import Log, Series
-from .messages import topic_series
+from ..logs.log import Kind, Log, Series
+from ..logs.messages import topic_series
 
 Decode = Callable[[bytes], Any]
 
@@ -29,6 +26,9 @@ def read(data: bytes, path: Path) -> Log:
     RecordError
         the file is damaged or beyond a limit.
     """
+    from mcap.exceptions import McapError
+    from mcap.reader import make_reader
+
     notes: list[str] = []
     try:
         summary = make_reader(BytesIO(data)).get_summary()
@@ -65,6 +65,8 @@ def read(data: bytes, path: Path) -> Log:
 def _messages(
     data: bytes, topic: str, channel_id: int, decode: Decode
 ) -> Iterator[tuple[int, Any]]:
+    from mcap.reader import make_reader
+
     for _, channel, message in make_reader(BytesIO(data)).iter_messages(topics=[topic]):
         if channel.id == channel_id:
             yield message.log_time, decode(message.data)
@@ -96,3 +98,6 @@ def _ros(name: str, text: str, encoding: str) -> Decode:
     if encoding == "ros1msg":
         return partial(store.deserialize_ros1, typename=full)
     return partial(store.deserialize_cdr, typename=full)
+
+
+KIND = Kind(read, ("mcap",), rb"\x89MCAP0\r\n", unbounded=True)
