@@ -13,7 +13,7 @@ from ehsid.harness.base.files import result_files, write_text
 from ehsid.harness.catalogue.channels import TIME
 from ehsid.harness.records import Hints, Record, RecordError
 from ehsid.harness.records.logs.log import Log
-from ehsid.harness.records.logs.mapping import parse_maps
+from ehsid.harness.records.mapping import parse_maps
 from ehsid.harness.records.reading import open_unread, read_record
 from ehsid.harness.records.writing import record_bytes
 

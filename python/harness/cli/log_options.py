@@ -55,7 +55,7 @@ def hints_of(maps: Sequence[str] | None, dt_s: float | None) -> Hints:
         raise ValueError(f"--dt {dt_s:g}: expected a sampling time in seconds, above 0")
     if not maps:
         return Hints(dt_s=dt_s) if dt_s is not None else NO_HINTS
-    from ..records.logs.mapping import parse_maps
+    from ..records.mapping import parse_maps
 
     return Hints(parse_maps(maps), dt_s)
 

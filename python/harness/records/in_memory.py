@@ -15,8 +15,7 @@ from ..base.arrays import masked_count
 from ..catalogue.channels import CHANNELS
 from .checks import check_columns
 from .errors import RecordError
-from .logs.arrays import Part, series_of
-from .logs.log import Log, Table
+from .logs.log import Log, Part, Table, series_of
 from .origin import NO_HINTS, Hints
 from .reading import Request, record_in
 from .record import Record, digest

@@ -13,7 +13,7 @@ from pathlib import Path
 from types import MappingProxyType
 
 from ..catalogue.channels import CHANNELS, COMMAND, POSITION, REQUIRED_COLUMNS, TIME
-from .checks import check_columns, without_useless
+from .checks import check_columns, has_sentinels, without_useless
 from .errors import RecordError
 from .formats import ending_of, kind_of, opened, stem_of
 from .layout import (
@@ -29,10 +29,9 @@ from .limits import bounded_memory, decompress, read_file
 from .logs.log import Log, Table
 from .logs.names import means, unit_in_name, unknown_unit
 from .logs.reading import even_record, record_of
+from .mapping import units_differ
 from .origin import NO_HINTS, Hints, Origin, without_numbers
-from .pasting import units_differ
 from .record import Record, make_record
-from .sentinels import has_sentinels
 from .timebase import TimeError, gap_remarks
 
 AS_THE_SCHEMA: Layout = MappingProxyType({})

@@ -10,7 +10,7 @@ import numpy as np
 import panel as pn
 
 from ehsid.harness.catalogue.channels import CHANNELS, COMMAND, POSITION, TIME
-from ehsid.harness.records.logs.mapping import parse_maps
+from ehsid.harness.records.mapping import parse_maps
 
 from .. import look
 from ..downsampling import opened

@@ -11,7 +11,7 @@ import numpy as np
 
 from ...catalogue.channels import CHAMBER_PRESSURES, SUPPLY_PRESSURE
 from ...records import Record
-from ...records.pasting import how_to_read
+from ...records.mapping import how_to_read
 from ...rigs import Rig
 from ...rigs.rig import MOST_SIGMAS
 from ..schema import Remark

@@ -11,7 +11,7 @@ from scipy.signal import savgol_filter
 from ...base.arrays import FloatArray
 from ...catalogue.channels import CHAMBER_PRESSURES
 from ...records import Record
-from ...records.pasting import how_to_exchange
+from ...records.mapping import how_to_exchange
 from ...rigs import Rig
 from ..schema import Remark
 from .oil_spring import oil_spring_hz

@@ -19,8 +19,7 @@ import numpy.typing as npt
 
 from ..errors import RecordError, damaged
 from ..limits import BYTES, COLUMNS
-from ..logs.arrays import SEPARATOR, Part, series_of
-from ..logs.log import Kind, Log
+from ..logs.log import SEPARATOR, Kind, Log, Part, series_of
 from .mat import object_parts
 
 # As in MAT files before version 7.3.

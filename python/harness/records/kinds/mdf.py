@@ -17,8 +17,7 @@ import numpy as np
 from ...base.arrays import FloatArray
 from ..errors import RecordError, damaged
 from ..limits import BYTES, COLUMNS, SAMPLES
-from ..logs.arrays import as_float
-from ..logs.log import Kind, Log, Series
+from ..logs.log import Kind, Log, Series, as_float
 
 # A block of compressed data; its original length stands behind its head of 24 bytes and 8 more.
 COMPRESSED = b"##DZ"

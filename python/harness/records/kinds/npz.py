@@ -13,8 +13,7 @@ import numpy.typing as npt
 
 from ..errors import RecordError, damaged, first_line
 from ..limits import BYTES, COLUMNS
-from ..logs.arrays import Part, series_of
-from ..logs.log import Kind, Log, Table
+from ..logs.log import Kind, Log, Part, Table, series_of
 
 # First bytes of a zip archive and of a single array.
 MAGIC = (b"PK", b"\x93NUMPY")

@@ -11,7 +11,7 @@ from typing import Any
 from ..errors import RecordError, damaged
 from ..limits import COLUMNS
 from ..logs.log import Kind, Log, Series
-from ..logs.messages import topic_series
+from .mcap import topic_series
 
 
 def read(data: bytes, path: Path) -> Log:

@@ -15,8 +15,7 @@ import numpy as np
 from ...base.arrays import FloatArray
 from ..errors import RecordError, damaged
 from ..limits import BYTES, COLUMNS, SAMPLES
-from ..logs.arrays import as_float
-from ..logs.log import Kind, Log, Read, Series
+from ..logs.log import Kind, Log, Read, Series, as_float
 
 VALUE_BYTES = 8
 UNSET = np.datetime64("1904-01-02")

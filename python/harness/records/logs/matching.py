@@ -12,11 +12,11 @@ import numpy as np
 
 from ...base.arrays import FloatArray
 from ...catalogue.channels import CHANNELS, COMMAND, POSITION, SPOOL, TIME
+from ..checks import sentinels_of
 from ..errors import RecordError, misnamed_column, missing_column, nearest_name
 from ..layout import ColumnMap, gauge_remarks, layout_of, usual_units
+from ..mapping import NAMED_BY_RIG, columns_line, map_option, units_differ
 from ..origin import Taken
-from ..pasting import NAMED_BY_RIG, columns_line, map_option, units_differ
-from ..sentinels import sentinels_of
 from .log import Log, Series
 from .names import (
     doubt_of_unit,
