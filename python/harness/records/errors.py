@@ -4,10 +4,12 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager
 from difflib import get_close_matches
 from functools import partial
 from pathlib import Path
+from typing import Any, Self
 
 MAX_NAMES_LISTED = 12
 
@@ -52,14 +54,14 @@ class RecordError(ValueError):
 
     def __reduce__(self) -> tuple[Callable[..., RecordError], tuple[str, str]]:
         """Keeps all arguments in pickling; by default an exception is rebuilt from `args` only."""
-        rebuild = partial(
-            type(self),
-            row=self.row,
-            column=self.column,
-            expected=self.expected,
-            mend=self.mend,
-        )
-        return rebuild, (self.file, self.problem)
+        return partial(type(self), **self._parts()), (self.file, self.problem)
+
+    def changed(self, **parts: str | int | None) -> Self:
+        """Returns the error with other parts, as its arguments are called."""
+        return type(self)(self.file, self.problem, **{**self._parts(), **parts})
+
+    def _parts(self) -> dict[str, Any]:
+        return {name: getattr(self, name) for name in ("row", "column", "expected", "mend")}
 
     def _message(self) -> str:
         place = self.file
@@ -84,20 +86,13 @@ class MisnamedColumnError(RecordError):
 
     nearest: str | None = None
 
-    def with_remedy(self, how: str) -> MisnamedColumnError:
+    def with_remedy(self, how: str) -> Self:
         """Returns the error with the text to paste in its remedy."""
         asked = "name one of these columns, such as"
         if self.nearest is not None:
             asked = f"did you mean '{self.nearest}'?"
             how = how[0].upper() + how[1:]  # it begins a sentence
-        error = MisnamedColumnError(
-            self.file,
-            self.problem,
-            row=self.row,
-            column=self.column,
-            expected=self.expected,
-            mend=f"{asked} {how}",
-        )
+        error = self.changed(mend=f"{asked} {how}")
         error.nearest = self.nearest
         return error
 
@@ -166,3 +161,14 @@ def damaged(path: Path, kind: str, error: BaseException) -> RecordError:
         expected=f"{'an' if kind == 'NPZ' else 'a'} {kind} file, as its name says",
         mend="export it again, or give it the extension of its real format",
     )
+
+
+@contextmanager
+def damage_named(path: Path, kind: str) -> Iterator[None]:
+    """Puts the error for a damaged file in place of those of the library that reads its kind."""
+    try:
+        yield
+    except (RecordError, ModuleNotFoundError, KeyboardInterrupt, SystemExit):
+        raise
+    except BaseException as error:  # no common exception, and panics of Rust are no Exception
+        raise damaged(path, kind, error) from None

@@ -7,6 +7,7 @@ Each module of `kinds` registers one with its `KIND`.
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
 from importlib import import_module
 from pathlib import Path
 from pkgutil import iter_modules
@@ -170,13 +171,7 @@ def format_of(path: Path) -> Format:
     for ending in FORMATS:
         if path.name.lower().endswith("." + ending):
             return ending
-    listed = ", ".join("." + ending for ending in sorted(FORMATS))
-    raise RecordError(
-        path,
-        f"the extension '{path.suffix}' is not known" if path.suffix else "it has no extension",
-        expected=f"one of {listed}",
-        mend="export or convert the record to one of these formats",
-    )
+    raise _unknown_ending(path, sorted(FORMATS))
 
 
 def ending_of(path: Path) -> str:
@@ -190,21 +185,26 @@ def ending_of(path: Path) -> str:
     for ending in ENDINGS:
         if path.name.lower().endswith("." + ending):
             return ending
-    known = _refusal(path)
-    if known is not None:
+    if (known := _refusal(path)) is not None:
         raise known
-    endings = sorted(ENDINGS)
-    if (kind := _told_by_head(_first_bytes(path))) is not None:
-        endings = list(kind.endings or FORMATS[1:2])
-    listed = ", ".join("." + ending for ending in endings)
-    raise RecordError(
-        path,
-        f"the extension '{path.suffix}' is not known" if path.suffix else "it has no extension",
-        expected=f"one of {listed}",
-        mend="export or convert the record to one of these formats"
-        if kind is None
-        else f"rename it to end in .{endings[0]}, because its first bytes are those of such a file",
+    kind = _told_by_head(_first_bytes(path))
+    if kind is None:
+        raise _unknown_ending(path, sorted(ENDINGS))
+    endings = kind.endings or FORMATS[1:2]
+    mend = f"rename it to end in .{endings[0]}, because its first bytes are those of such a file"
+    raise _unknown_ending(path, endings, mend)
+
+
+def _unknown_ending(
+    path: Path,
+    endings: Sequence[str],
+    mend: str = "export or convert the record to one of these formats",
+) -> RecordError:
+    problem = (
+        f"the extension '{path.suffix}' is not known" if path.suffix else "it has no extension"
     )
+    listed = ", ".join("." + ending for ending in endings)
+    return RecordError(path, problem, expected=f"one of {listed}", mend=mend)
 
 
 def stem_of(path: Path) -> str:

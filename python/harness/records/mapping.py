@@ -10,6 +10,7 @@ from collections.abc import Iterable, Mapping
 from ..catalogue.channels import CHANNELS
 from .errors import nearest_name
 from .layout import ColumnMap, is_convertible, usual_units
+from .logs.names import unit_in_name
 from .logs.units import conversion, pint_unit, without_unit
 from .origin import Taken, toml_string
 from .record import Record
@@ -75,19 +76,26 @@ def columns_line(channel: str, column: str, unit: str | None) -> str:
     return f"{channel} = {{ {pairs} }}"
 
 
-def units_differ(
-    channel: str, column: str, said: str | None, unit: str, where: str
-) -> tuple[str, ...]:
-    """Returns a remark where the log says another unit than the user says; else none.
+def how_to_name(channel: str, column: str, unit: str | None, *, by_rig: bool) -> str:
+    """Returns the line of [columns] for a column that the rig names, else the option --map."""
+    if by_rig:
+        return f"in [columns] of the rig, {columns_line(channel, column, unit)}"
+    return _map_option_of(channel, column, unit)
 
-    `where` is "[columns]" or "--map", where the user says `unit`; `said` is that of the log.
+
+def units_differ(
+    channel: str, column: str, stated: str | None, unit: str | None, *, by_rig: bool
+) -> tuple[str, ...]:
+    """Returns a remark where the log says another unit than the rig or the user says; else none.
+
+    `stated` is the unit that the log has outside of the name of the column.
     """
-    if said is None or conversion(said, channel) == conversion(unit, channel):
+    said = pint_unit(stated, channel) if stated and stated.strip() else None
+    said = said or unit_in_name(column, channel)
+    if unit is None or said is None or conversion(said, channel) == conversion(unit, channel):
         return ()
-    if where == "--map":
-        line = _map_option_of(channel, column, said)
-    else:
-        line = columns_line(channel, column, said)
+    where, say = ("[columns]", columns_line) if by_rig else ("--map", _map_option_of)
+    line = say(channel, column, said)
     return (
         f"'{column}' is in {said} as the log says, and in {unit} as {where} says: {unit} is taken. "
         f"If the log is right: {line}",
@@ -123,9 +131,7 @@ def how_to_read(
     It is a line for [columns] where `layout`, that of the rig, has one already; else --map.
     """
     column, _, by_rig = reading_of(record, layout, channel)
-    if by_rig:
-        return f"in [columns] of the rig, {columns_line(channel, column, unit)}"
-    return _map_option_of(channel, column, unit)
+    return how_to_name(channel, column, unit, by_rig=by_rig)
 
 
 def how_to_exchange(

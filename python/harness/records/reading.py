@@ -238,7 +238,14 @@ def _as_it_is(
             columns, name=name, source=path, sha256=sha256, first_row=table.first_row
         )
         remarks = (
-            *_other_units(layout, wanted),
+            *(
+                remark
+                for one in layout
+                if one in wanted
+                for remark in units_differ(
+                    one, layout[one].name, None, layout[one].unit, by_rig=True
+                )
+            ),
             *gauge_remarks({names[one]: layout[one].unit for one in layout if one in wanted}),
             *_slow_remarks(record),
             *gap_remarks(record),
@@ -249,18 +256,6 @@ def _as_it_is(
         )
     remarks = (*left_out, *useless, *remarks)
     return replace(record, origin=Origin(table.ending, (), remarks) if remarks else None)
-
-
-def _other_units(layout: Layout, wanted: Mapping[str, str]) -> list[str]:
-    """Returns remarks on columns whose names say another unit than the layout."""
-    stated = {name: one for name, one in layout.items() if one.unit is not None and name in wanted}
-    if not stated:
-        return []
-    remarks: list[str] = []
-    for name, one in stated.items():
-        said = unit_in_name(one.name, name)
-        remarks += units_differ(name, one.name, said, one.unit or "", "[columns]")
-    return remarks
 
 
 def _slow_remarks(record: Record) -> tuple[str, ...]:

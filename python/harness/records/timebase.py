@@ -130,6 +130,15 @@ def analyse_time(
     )
 
 
+def is_uniform(time_s: npt.NDArray[np.float64]) -> bool:
+    """Whether `analyse_time` accepts these times."""
+    try:
+        analyse_time(time_s, file="", first_row=1)
+    except TimeError:
+        return False
+    return True
+
+
 def _check_increasing(
     time_s: npt.NDArray[np.float64],
     steps: npt.NDArray[np.float64],

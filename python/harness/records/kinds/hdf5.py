@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from ..errors import RecordError, damaged
+from ..errors import RecordError, damage_named
 from ..limits import BYTES, COLUMNS
 from ..logs.log import SEPARATOR, Kind, Log, Part, series_of
 from .mat import object_parts
@@ -43,18 +43,13 @@ def read(data: bytes, path: Path) -> Log:
     """Returns the datasets of numbers as a log, with their paths as names.
 
     Links to other files are not followed.
-
-    Raises
-    ------
-    RecordError
-        the file is damaged or beyond a limit.
     """
     import h5py
 
     notes: list[str] = []
     parts: list[Part] = []
     objects: list[str] = []
-    try:
+    with damage_named(path, "HDF5"):
         file = h5py.File(BytesIO(data), "r")
         is_mat = b"MATLAB" in data[:16]
 
@@ -65,10 +60,6 @@ def read(data: bytes, path: Path) -> Log:
                     parts.extend(_parts(inner, dataset, path, objects, notes))
 
         file.visititems(visit)
-    except RecordError:
-        raise
-    except Exception as error:  # OSError, RuntimeError, KeyError, as the damage is
-        raise damaged(path, "HDF5", error) from None
     if objects:
         BYTES.check(_content_bytes(file), path)
         parts += object_parts(data, notes)
@@ -144,10 +135,8 @@ def _content_bytes(file: Any) -> int:
 
 def _values(dataset: Any, field: str | None, unpack: Unpack, path: Path) -> npt.NDArray[Any]:
     BYTES.check(int(dataset.size) * 8, path)
-    try:
+    with damage_named(path, "HDF5"):
         stored = np.asarray(dataset[()] if field is None else dataset[field])
-    except Exception as error:  # as in `read`
-        raise damaged(path, "HDF5", error) from None
     return unpack(stored)
 
 

@@ -151,10 +151,7 @@ class _File:
         first = self._segments[0]
         names = first.names
         labels = tuple(f"{one} {i}" if one == "X_Value" else one for i, one in enumerate(names))
-        dialect = Dialect(
-            *(self._separator, self._decimal, labels, (), 0, 1, len(names), len(names)),
-            *(None, frozenset()),
-        )
+        dialect = Dialect(self._separator, self._decimal, labels, (), 0, 1, len(names), len(names))
         table = self._placed(
             lambda: plain.TextTable(self._body.encode(), self._path, dialect).log(notes)
         )
@@ -189,14 +186,7 @@ class _File:
         except RecordError as error:
             if error.row is None:
                 raise
-            raise RecordError(
-                error.file,
-                error.problem,
-                row=self._rows[min(error.row, len(self._rows)) - 1],
-                column=error.column,
-                expected=error.expected,
-                mend=error.mend,
-            ) from None
+            raise error.changed(row=self._rows[min(error.row, len(self._rows)) - 1]) from None
 
     def _channel(
         self, series: Series, column: int, by_column: Mapping[int | None, Series]

@@ -26,7 +26,7 @@ from ...base.arrays import FloatArray
 from ...base.error_words import install_line
 from ...base.files import temporary_folder
 from ...catalogue.channels import TIME
-from ..errors import RecordError, damaged, first_line
+from ..errors import RecordError, damage_named, first_line
 from ..limits import BYTES, COLUMNS, SAMPLES
 from ..logs.clock import SECONDS
 from ..logs.log import Kind, Log, Part, Series, Table, as_float, series_of
@@ -54,28 +54,24 @@ class MatTable(Table):
 
         self._path = path
         self._data = data
-        try:
+        with damage_named(path, "MAT"), warnings.catch_warnings():
             check_elements(data, partial(BYTES.check, file=path))
+            # scipy 1.18 warns that sparse variables will be of another class. This does not matter
+            # here, because all sparse variables are refused.
+            warnings.filterwarnings("ignore", ".*`spmatrix`", DeprecationWarning)
+            # All objects of MATLAB, such as timetables, are called "None" by this reader.
+            warnings.filterwarnings("ignore", "Duplicate variable name .None.")
             # Some versions of the type stubs accept only paths; the function reads any binary file.
             file: Any = BytesIO(data)
-            with warnings.catch_warnings():
-                # scipy 1.18 warns that sparse variables will be of another class. This does not
-                # matter here, because all sparse variables are refused.
-                warnings.filterwarnings("ignore", ".*`spmatrix`", DeprecationWarning)
-                # All objects of MATLAB, such as timetables, are called "None" by this reader.
-                warnings.filterwarnings("ignore", "Duplicate variable name .None.")
+            try:
                 content = scipy.io.loadmat(file)
-        except RecordError:
-            raise
-        except NotImplementedError:
-            raise RecordError(
-                path,
-                "this is a MAT file of version 7.3 (HDF5), which is not read",
-                expected="a MAT file of version 4 to 7",
-                mend="save it in MATLAB with save('name.mat', '-v7')",
-            ) from None
-        except Exception as error:  # scipy has no common exception for damaged files
-            raise damaged(path, "MAT", error) from None
+            except NotImplementedError:
+                raise RecordError(
+                    path,
+                    "this is a MAT file of version 7.3 (HDF5), which is not read",
+                    expected="a MAT file of version 4 to 7",
+                    mend="save it in MATLAB with save('name.mat', '-v7')",
+                ) from None
         self._variables = {k: v for k, v in content.items() if not k.startswith("__")}
         COLUMNS.check(len(self._variables), path)
 

@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 
 from ...base.arrays import FloatArray
-from ..errors import RecordError, damaged
+from ..errors import damage_named
 from ..limits import BYTES, COLUMNS, SAMPLES
 from ..logs.log import Kind, Log, Series
 
@@ -35,18 +35,12 @@ Messages = Callable[[], Iterable[tuple[int, Any]]]
 
 
 def read(data: bytes, path: Path) -> Log:
-    """Returns the numbers in the messages of a file as a log, topic by topic.
-
-    Raises
-    ------
-    RecordError
-        the file is damaged or beyond a limit.
-    """
+    """Returns the numbers in the messages of a file as a log, topic by topic."""
     from mcap.exceptions import McapError
     from mcap.reader import make_reader
 
     notes: list[str] = []
-    try:
+    with damage_named(path, "MCAP"):
         summary = make_reader(BytesIO(data)).get_summary()
         if summary is None:
             raise McapError("it has no summary; mend it with 'mcap recover'")
@@ -71,10 +65,6 @@ def read(data: bytes, path: Path) -> Log:
                 series += topic_series(
                     channel.topic, first[1], messages, count, start, path, "MCAP"
                 )
-    except RecordError:
-        raise
-    except Exception as error:  # of the reader, the compression and the decoders
-        raise damaged(path, "MCAP", error) from None
     return Log("MCAP", tuple(series), 1, tuple(notes))
 
 
@@ -149,7 +139,7 @@ def topic_series(
     def table() -> tuple[FloatArray, dict[str, FloatArray]]:
         times: list[int] = []
         rows: list[dict[str, float]] = []
-        try:
+        with damage_named(path, kind):
             for log_ns, message in messages():
                 stamp = stamp_of(message)
                 # A stamp far from the time of writing is on another clock than other topics.
@@ -157,10 +147,6 @@ def topic_series(
                 times.append(stamp if stamp is not None and near else log_ns)
                 rows.append(dict(numbers_of(message)))
                 SAMPLES.check(len(rows), path)
-        except RecordError:
-            raise
-        except Exception as error:  # the readers have several families of exceptions
-            raise damaged(path, kind, error) from None
         ticks = np.array(times, dtype=np.int64) - start_ns
         seconds = np.asarray(ticks * NANOSECOND, dtype=np.float64)
         names = list(rows[0]) if rows else []

@@ -5,8 +5,7 @@ from __future__ import annotations
 
 import re
 import struct
-from collections.abc import Iterator
-from contextlib import contextmanager, suppress
+from contextlib import suppress
 from functools import cache, partial
 from io import BytesIO
 from pathlib import Path
@@ -15,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from ...base.arrays import FloatArray
-from ..errors import RecordError, damaged
+from ..errors import RecordError, damage_named
 from ..limits import BYTES, COLUMNS, SAMPLES
 from ..logs.log import Kind, Log, Series, as_float
 
@@ -38,20 +37,14 @@ def _close_quietly(file: Any) -> None:
 
 
 def read(data: bytes, path: Path) -> Log:
-    """Returns the channels of a file as a log; each group has its own master channel as time.
-
-    Raises
-    ------
-    RecordError
-        the file is damaged or beyond a limit.
-    """
+    """Returns the channels of a file as a log; each group has its own master channel as time."""
     import asammdf
 
     # Their own __del__ raises where the file was refused half read: Python prints a traceback then.
     for kind in (asammdf.blocks.mdf_v3.MDF3, asammdf.blocks.mdf_v4.MDF4):
         kind.__del__ = _close_quietly
     _check_compressed(data, path)
-    try:
+    with damage_named(path, "MF4"):
         file = asammdf.MDF(BytesIO(data), raise_on_multiple_occurrences=False)
         groups = list(enumerate(file.groups))
         BYTES.check(
@@ -65,10 +58,6 @@ def read(data: bytes, path: Path) -> Log:
             raise _not_decoded(path)
         groups = [(number, group) for number, group in groups if number not in raw]
         series = [one for number, group in groups for one in _of_group(file, number, group, path)]
-    except RecordError:
-        raise
-    except Exception as error:  # the reader has no common exception for damaged files
-        raise damaged(path, "MF4", error) from None
     version = str(file.version)
     texts = [
         str(channel.name)
@@ -106,12 +95,12 @@ def _of_group(file: Any, number: int, group: Any, path: Path) -> list[Series]:
 
     @cache
     def time() -> FloatArray:
-        with _damage_named(path):
+        with damage_named(path, "MF4"):
             return np.asarray(file.get_master(number), dtype=np.float64)
 
     @cache
     def values(index: int) -> FloatArray:
-        with _damage_named(path):
+        with damage_named(path, "MF4"):
             # All samples, so that each has its time; with False the invalid ones are left out.
             signal = file.get(group=number, index=index, ignore_invalidation_bits=True)
         if signal.samples.ndim != 1 or signal.samples.dtype.names:
@@ -144,14 +133,6 @@ def _of_group(file: Any, number: int, group: Any, path: Path) -> list[Series]:
 
 def _unit(file: Any, group: int, index: int) -> str | None:
     return str(file.get_channel_unit(group=group, index=index) or "").strip() or None
-
-
-@contextmanager
-def _damage_named(path: Path) -> Iterator[None]:
-    try:
-        yield
-    except Exception as error:  # as in `read`
-        raise damaged(path, "MF4", error) from None
 
 
 def _check_compressed(data: bytes, path: Path) -> None:

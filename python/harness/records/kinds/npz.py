@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from ..errors import RecordError, damaged, first_line
+from ..errors import RecordError, damage_named, first_line
 from ..limits import BYTES, COLUMNS
 from ..logs.log import Kind, Log, Part, Table, series_of
 
@@ -33,11 +33,8 @@ class NpzTable(Table):
                 expected="an NPZ file, as its name says",
                 mend="export it again, or give it the extension of its real format",
             )
-        try:
+        with damage_named(path, "NPZ"):
             archive = np.load(BytesIO(data), allow_pickle=False)
-        # There is no common exception: zip file, array header and array each raise their own.
-        except Exception as error:
-            raise damaged(path, "NPZ", error) from None
         if not isinstance(archive, np.lib.npyio.NpzFile):
             raise RecordError(
                 path,
@@ -62,7 +59,7 @@ class NpzTable(Table):
     def _array(self, name: str) -> npt.NDArray[Any]:
         try:
             array: npt.NDArray[Any] = self._archive[name]
-        except Exception as error:  # no common exception, as in __init__
+        except Exception as error:  # zip file, array header and array each raise their own
             objects = "allow_pickle" in str(error)
             raise RecordError(
                 self._path,

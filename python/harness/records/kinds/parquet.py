@@ -3,8 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Sequence
 from functools import cache
 from io import BytesIO
 from pathlib import Path
@@ -13,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy.typing as npt
 
 from ...base.arrays import FloatArray
-from ..errors import RecordError, damaged
+from ..errors import RecordError, damage_named
 from ..limits import BYTES, COLUMNS, SAMPLES
 from ..logs.cells import from_datetimes
 from ..logs.log import Kind, Log, Series, Table
@@ -34,7 +33,7 @@ class ParquetTable(Table):
 
         self._path = path
         self._data = data
-        with self._damage_named():
+        with damage_named(path, "Parquet"):
             self._schema = pl.read_parquet_schema(BytesIO(data))
             rows = pl.scan_parquet(BytesIO(data)).select(pl.len()).collect().item()
         self._rows = int(rows)
@@ -80,7 +79,7 @@ class ParquetTable(Table):
         import polars as pl
 
         BYTES.check(self._rows * len(names) * FLOAT64_BYTES, self._path)
-        with self._damage_named():
+        with damage_named(self._path, "Parquet"):
             return pl.read_parquet(BytesIO(self._data), columns=list(names))
 
     def _check_type(self, name: str) -> None:
@@ -93,16 +92,6 @@ class ParquetTable(Table):
                 expected="real numbers (time in seconds as a number)",
                 mend="convert the column to numbers, or name the columns to use",
             )
-
-    @contextmanager
-    def _damage_named(self) -> Iterator[None]:
-        import polars as pl
-
-        try:
-            yield
-        except (pl.exceptions.PolarsError, pl.exceptions.PanicException) as error:
-            # The reader does not detect some damaged sizes and then raises PanicException.
-            raise damaged(self._path, "Parquet", error) from None
 
 
 def _is_usable(dtype: pl.DataType) -> bool:

@@ -8,7 +8,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from ..errors import RecordError, damaged
+from ..errors import RecordError, damage_named
 from ..limits import COLUMNS
 from ..logs.log import Kind, Log, Series
 from .mcap import topic_series
@@ -18,11 +18,6 @@ def read(data: bytes, path: Path) -> Log:
     """Returns the numbers in the messages of a bag as a log, topic by topic.
 
     The reader takes a path, so `data` is not used.
-
-    Raises
-    ------
-    RecordError
-        the bag is damaged or beyond a limit.
     """
     bag = path.parent if path.suffix.lower() == ".db3" else path
     if path.suffix.lower() == ".db3" and not (bag / "metadata.yaml").is_file():
@@ -34,7 +29,7 @@ def read(data: bytes, path: Path) -> Log:
         )
     series: list[Series] = []
     notes: list[str] = []
-    try:
+    with damage_named(path, "ROS bag"):
         with _opened(bag) as reader:
             COLUMNS.check(len(reader.connections), path)
             start = int(reader.start_time)
@@ -58,10 +53,6 @@ def read(data: bytes, path: Path) -> Log:
                     path,
                     "ROS bag",
                 )
-    except (ModuleNotFoundError, RecordError):
-        raise
-    except Exception as error:  # the reader has several families of exceptions
-        raise damaged(path, "ROS bag", error) from None
     return Log("ROS bag", tuple(series), 1, tuple(notes))
 
 

@@ -65,8 +65,7 @@ def read(data: bytes, path: Path) -> Log:
     starts = _starts(keys)
     columns = [f"{NAME} {i}" if i in starts else name for i, name in enumerate(names)]
     dialect = Dialect(
-        *(delimiter, decimal, tuple(columns), (), 0, data_row, max(width, len(names)), len(names)),
-        *(None, frozenset()),
+        delimiter, decimal, tuple(columns), (), 0, data_row, max(width, len(names)), len(names)
     )
     notes = [note] if note else []
     table = plain.TextTable(body.encode(), path, dialect).log(notes)

@@ -12,8 +12,6 @@ from __future__ import annotations
 import re
 import zipfile
 from collections import Counter
-from collections.abc import Iterator
-from contextlib import contextmanager
 from dataclasses import replace
 from functools import cache
 from io import BytesIO
@@ -23,7 +21,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ...base.arrays import FloatArray
-from ..errors import RecordError, damaged
+from ..errors import RecordError, damage_named
 from ..limits import BYTES, COLUMNS, SAMPLES
 from ..logs.log import Kind, Log, Series
 from ..logs.text_table import table_log
@@ -48,17 +46,11 @@ _REPEATED = re.compile(rb"""number-(?:columns|rows)-repeated\s*=\s*["'](\d+)""")
 
 
 def read(data: bytes, path: Path) -> Log:
-    """Returns the sheet with most rows of numbers as a log.
-
-    Raises
-    ------
-    RecordError
-        the file is damaged or beyond a limit, or no sheet is a table of numbers.
-    """
+    """Returns the sheet with most rows of numbers as a log."""
     import fastexcel
 
     _check_size(data, path)
-    with _damage_named(path):
+    with damage_named(path, "spreadsheet"):
         book = fastexcel.read_excel(data)
         names = list(book.sheet_names)[:MOST_SHEETS]
         sheets = [(name, _as_text(book, name, path)) for name in names]
@@ -83,28 +75,13 @@ def read(data: bytes, path: Path) -> Log:
     return replace(log, kind=kind, notes=(*log.notes, *notes))
 
 
-@contextmanager
-def _damage_named(path: Path) -> Iterator[None]:
-    try:
-        yield
-    except (RecordError, KeyboardInterrupt):
-        raise
-    except BaseException as error:  # the reader is in Rust: its panics are no Exception
-        raise damaged(path, "spreadsheet", error) from None
-
-
 def _check_size(data: bytes, path: Path) -> None:
     """Checks the sizes that a zip file states, and those of its sheets, before they are loaded."""
     if not data.startswith(b"PK"):
         return
-    try:
-        with zipfile.ZipFile(BytesIO(data)) as archive:
-            BYTES.check(sum(one.file_size for one in archive.infolist()), path)
-            _check_sheets(archive, path)
-    except RecordError:
-        raise
-    except Exception as error:  # BadZipFile, zlib.error, NotImplementedError, as the damage is
-        raise damaged(path, "spreadsheet", error) from None
+    with damage_named(path, "spreadsheet"), zipfile.ZipFile(BytesIO(data)) as archive:
+        BYTES.check(sum(one.file_size for one in archive.infolist()), path)
+        _check_sheets(archive, path)
 
 
 def _exact(log: Log, book: Any, name: str, path: Path) -> tuple[Series, ...]:
@@ -123,7 +100,7 @@ def _exact(log: Log, book: Any, name: str, path: Path) -> tuple[Series, ...]:
         def values() -> FloatArray:
             from_text = one.read()
             assert one.column is not None
-            with _damage_named(path):
+            with damage_named(path, "spreadsheet"):
                 column = cells().to_series(one.column).head(one.size)
             numbers = column.extend_constant(None, one.size - len(column))
             found = numbers.fill_null(float("nan")).to_numpy()

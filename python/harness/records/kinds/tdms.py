@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from ...base.arrays import FloatArray
-from ..errors import RecordError, damaged
+from ..errors import RecordError, damage_named
 from ..limits import BYTES, COLUMNS, SAMPLES
 from ..logs.log import Kind, Log, Read, Series, as_float
 
@@ -26,16 +26,10 @@ SCALES = ("Linear", "Polynomial", "Table", "RTD", "Strain", "Thermistor", "Therm
 
 
 def read(data: bytes, path: Path) -> Log:
-    """Returns the channels of a file as a log; waveforms bring their sampling time.
-
-    Raises
-    ------
-    RecordError
-        the file is damaged or beyond a limit.
-    """
+    """Returns the channels of a file as a log; waveforms bring their sampling time."""
     import nptdms
 
-    try:
+    with damage_named(path, "TDMS"):
         file = nptdms.TdmsFile.open(BytesIO(data))
         channels = [channel for group in file.groups() for channel in group.channels()]
         COLUMNS.check(len(channels), path)
@@ -51,10 +45,6 @@ def read(data: bytes, path: Path) -> Log:
             for channel in channels
             if len(channel)
         ]
-    except RecordError:
-        raise
-    except Exception as error:  # the reader has no common exception for damaged files
-        raise damaged(path, "TDMS", error) from None
     texts = tuple(str(channel.name) for channel in channels if not _has_numbers(channel))
     made = tuple(one for one in series if one is not None)
     return Log("TDMS", made, notes=tuple(notes), texts=texts)
@@ -127,10 +117,8 @@ def _series(channel: Any, repeated: bool, later_s: float, file: Any, path: Path)
     @cache
     def values() -> FloatArray:
         _check_scales(channel, file, name, path)
-        try:
+        with damage_named(path, "TDMS"):
             found = channel[:]
-        except Exception as error:  # as in `read`
-            raise damaged(path, "TDMS", error) from None
         return as_float(found, name, path)
 
     step = _step(channel)

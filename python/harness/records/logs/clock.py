@@ -17,13 +17,13 @@ from ...base.arrays import FloatArray
 from ...catalogue.channels import TIME
 from ..errors import MisnamedColumnError, RecordError, misnamed_column
 from ..layout import ColumnMap, layout_of, usual_units
-from ..mapping import columns_line, map_option, units_differ
+from ..mapping import how_to_name, map_option, units_differ
 from ..origin import DATES, Taken
 from ..timebase import BRIDGED_STEPS, GAP_FACTOR
 from .log import Log, Series
 from .names import doubt_of_unit, is_counter, means, parts_of, says, unit_in_name
 from .uniform import Rows
-from .units import conversion, is_other_unit, pint_unit, split_unit, without_unit
+from .units import conversion, is_other_unit, pint_unit, split_unit
 
 # Seconds of a unit of time.
 SECONDS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9, "min": 60.0, "h": 3600.0, "day": 86400.0}
@@ -177,10 +177,7 @@ class Clocks:
         if unit is None:
             stated = pint_unit(near.unit or "", TIME) if near is not None else None
             unit = stated or unit_in_name(column, TIME)
-        if self._by_rig:
-            line = columns_line(TIME, column, unit)
-            return error.with_remedy(f"in [columns] of the rig, {line}")
-        return error.with_remedy(map_option(TIME, without_unit(column, TIME), unit))
+        return error.with_remedy(how_to_name(TIME, column, unit, by_rig=self._by_rig))
 
     def _read(self, time: Series) -> Clock:
         if time.is_time:
@@ -209,11 +206,9 @@ class Clocks:
     def _unit(self, time: Series, values: FloatArray) -> tuple[str, str, bool]:
         """Returns the unit, the reason, and whether it is only a guess."""
         if self._named is not None and self._named.unit:
-            stated = pint_unit(time.unit or "", TIME) if (time.unit or "").strip() else None
-            said = stated or unit_in_name(time.name, TIME)
-            where = "[columns]" if self._by_rig else "--map"
-            self.remarks += units_differ(TIME, time.name, said, self._named.unit, where)
-            return self._named.unit, "named; unit as named", False
+            named = self._named.unit
+            self.remarks += units_differ(TIME, time.name, time.unit, named, by_rig=self._by_rig)
+            return named, "named; unit as named", False
         if time.name == TIME and not time.unit:
             return "s", "name of the schema", False
         finite = values[np.isfinite(values)]

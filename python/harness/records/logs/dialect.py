@@ -89,8 +89,8 @@ class Dialect:
     data_row: int
     columns: int
     cells: int
-    dt_s: float | None
-    dates: frozenset[int]
+    dt_s: float | None = None
+    dates: frozenset[int] = frozenset()
 
     @property
     def words(self) -> str:

@@ -313,7 +313,8 @@ class Matching:
         """Returns the unit in the notation of pint that is stated anywhere, and where; or None."""
         mapped = self._maps.get(name)
         if mapped is not None and mapped.unit is not None:
-            self._compare(name, series, mapped.unit)
+            by_rig = name in self._by_rig
+            self.remarks += units_differ(name, series.name, series.unit, mapped.unit, by_rig=by_rig)
             return mapped.unit, "unit as named"
         if series.unit is not None and series.unit.strip():
             stated = pint_unit(series.unit, name)
@@ -329,13 +330,6 @@ class Matching:
         if name in self._by_rig:
             return CHANNELS[name].unit, "no unit there, nor in the log: that of the schema"
         return None
-
-    def _compare(self, name: str, series: Series, unit: str) -> None:
-        """Remarks on a unit that the user states and that is not the one of the log."""
-        stated = pint_unit(series.unit or "", name) if (series.unit or "").strip() else None
-        said = stated or unit_in_name(series.name, name)
-        where = "[columns]" if name in self._by_rig else "--map"
-        self.remarks += units_differ(name, series.name, said, unit, where)
 
     def _guess(
         self, name: str, series: Series, required: bool, found: Mapping[str, Series | None]
@@ -440,13 +434,8 @@ class Matching:
         near = nearest_name(channel, names)
         likely = likely or [one for one in self._signals if one.name == near][:1]
         option = self._options(channel, likely)
-        return RecordError(
-            self._path,
-            f"{error.problem} (read as {self._log.kind})",
-            column=error.column,
-            expected=error.expected,
-            mend=f"{error.mend}, such as {option}",
-        )
+        error.problem += f" (read as {self._log.kind})"
+        return error.changed(mend=f"{error.mend}, such as {option}")
 
     def _refusal(
         self, problem: str, name: str, series: Sequence[Series], units: Sequence[str] = ()

@@ -15,7 +15,7 @@ from ..checks import without_useless
 from ..errors import RecordError
 from ..origin import Hints, Origin, without_numbers
 from ..record import Record, make_record
-from ..timebase import BRIDGED_STEPS, GAP_FACTOR, MAX_JITTER, TimeError, analyse_time
+from ..timebase import BRIDGED_STEPS, GAP_FACTOR, MAX_JITTER, TimeError, analyse_time, is_uniform
 from .clock import Clock, Clocks, time_map
 from .log import Log
 from .matching import Choice, Matching
@@ -27,7 +27,6 @@ from .uniform import (
     Rows,
     Timed,
     beyond_repair,
-    is_uniform,
     missing_rows,
     repaired,
     rounded,
@@ -119,7 +118,7 @@ class _Maker:
             one.taken.channel: self._timed(one, clock_of[one.taken.channel]) for one in choices
         }
         signals = {name: signal for name, signal in timed.items() if signal is not None}
-        for name in required:
+        for name in (*required, *(() if signals else timed)):
             if name in timed and name not in signals:
                 raise RecordError(
                     self._path,
@@ -207,7 +206,7 @@ class _Maker:
         first = signals[leading[0]].time_s
         same = all(np.array_equal(one.time_s, first) for one in signals.values())
         dt_s = self._hints.dt_s
-        if same and is_uniform(first, MAX_JITTER):
+        if same and is_uniform(first):
             step = usual_step(first)
             rows = missing_rows(first, step)
             if (dt_s is None or abs(dt_s - step) <= EQUAL * step) and (rows >= 0).all():

@@ -79,17 +79,6 @@ def rounded(step: float) -> float:
     return next(number for number in found if abs(number / step - 1.0) <= NEAR_STEP)
 
 
-def is_uniform(time_s: FloatArray, most_jitter: float) -> bool:
-    """Whether all steps but gaps are equal within a share, as `analyse_time` wants them."""
-    steps = np.diff(time_s)
-    if not (steps > 0.0).all():
-        return False
-    regular = steps[steps <= MISSING_STEPS * float(np.median(steps))]
-    dt_s = float(np.mean(regular))
-    rounding = float(np.spacing(np.max(np.abs(time_s)))) / dt_s
-    return bool(np.max(np.abs(regular / dt_s - 1.0)) <= most_jitter + rounding)
-
-
 def missing_rows(time_s: FloatArray, step: float) -> Rows:
     """Returns how many rows are to be put between each row and the next one of an even time.
 
