@@ -14,6 +14,7 @@ import re
 import warnings
 from collections import Counter
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from functools import partial
 from io import BytesIO
 from pathlib import Path
@@ -134,33 +135,19 @@ def _parts(path: tuple[str, ...], value: Any, depth: int) -> Iterator[Part]:
             return
         for k, element in enumerate(value.reshape(-1)):
             at = path if value.size == 1 else (*path[:-1], f"{path[-1]}({k + 1})")
-            labels = _labels(element)
+            # The label of a signal in a Simulink log ("structure with time").
+            fields = ("label", "Name", "blockName")
+            label = next((said for one in fields if (said := _text(element, one))), "")
             for name in value.dtype.names:
                 for part in _parts((*at, name), element[name], depth + 1):
-                    yield _labelled(part, labels) if name in ("values", "Data") else part
+                    labelled = label and name in ("values", "Data")
+                    yield replace(part, path=(*part.path[:-2], label)) if labelled else part
     elif value.dtype.kind == "O":
         for k, element in enumerate(value.reshape(-1)[:MOST_ELEMENTS]):
             at = path if value.size == 1 else (*path[:-1], f"{path[-1]}{{{k + 1}}}")
             yield from _parts(at, element, depth + 1)
     else:
         yield Part.of(path, value)
-
-
-def _labels(element: Any) -> tuple[str, ...]:
-    """Returns the label of a signal in a Simulink log ("structure with time")."""
-    for name in ("label", "Name", "blockName"):
-        if name in (element.dtype.names or ()):
-            value = np.asarray(element[name])
-            if value.size == 1 and value.dtype.kind == "U" and str(value.reshape(-1)[0]).strip():
-                return (str(value.reshape(-1)[0]).strip(),)
-    return ()
-
-
-def _labelled(part: Part, labels: tuple[str, ...]) -> Part:
-    """Returns a part under the label of its signal; its structure stays the same."""
-    if len(labels) != 1:
-        return part
-    return Part((*part.path[:-2], labels[0]), part.shape, part.dtype, part.read, part.unit)
 
 
 def object_parts(data: bytes, notes: list[str]) -> list[Part]:

@@ -173,7 +173,6 @@ class Part:
     dtype: np.dtype[Any]
     read: Callable[[], npt.NDArray[Any]]
     unit: str | None = None
-    labels: tuple[str, ...] = ()
 
     @classmethod
     def of(cls, path: tuple[str, ...], values: npt.NDArray[Any], unit: str | None = None) -> Part:
@@ -231,13 +230,13 @@ def _signals(
     count, size = min(shape), max(shape)
     made = []
     for k in range(count):
-        label = part.labels[k] if len(part.labels) == count else f"{name}[{k + 1}]"
 
         def column(k: int = k) -> FloatArray:
             table = whole().reshape(shape)
             return np.ascontiguousarray(table[:, k] if by_rows else table[k])
 
-        made.append((part.path, Series(label, size, column, part.unit, is_time=is_time)))
+        signal = f"{name}[{k + 1}]"
+        made.append((part.path, Series(signal, size, column, part.unit, is_time=is_time)))
     return made
 
 

@@ -273,3 +273,10 @@ def test_a_column_of_time_that_does_not_run_is_told(tmp_path: Path) -> None:
         assert record.dt_s is None
         assert record.origin is not None
         assert any("'Time' is not used as the time" in text for text in record.origin.remarks)
+
+
+def test_one_row_with_a_sampling_time_is_refused(tmp_path: Path) -> None:
+    path = tmp_path / "log.csv"
+    path.write_text("time_s,command_v,position_m\n0.0,0,0.0\n")
+    with pytest.raises(RecordError, match="fewer than two values with a time"):
+        read_record(path, required=(), hints=Hints(dt_s=0.02))
