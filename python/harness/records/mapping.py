@@ -1,16 +1,22 @@
 # SPDX-License-Identifier: MIT
-"""The options --map and lines of [columns] by which a user says what a column of a log is."""
+"""What a user says of the columns of a file: which are wanted, and what each of them is.
+
+It is said by the option --map and by lines of [columns] in a rig file.
+"""
 
 from __future__ import annotations
 
 import re
 import shlex
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from types import MappingProxyType
 
-from ..catalogue.channels import CHANNELS
+from ..catalogue.channels import CHANNELS, TIME
 from .errors import nearest_name
-from .layout import ColumnMap, is_convertible, usual_units
-from .logs.names import unit_in_name
+from .layout import ColumnMap, Layout, is_convertible, layout_of, names_in_file, usual_units
+from .logs.names import unit_in_name, unknown_unit
 from .logs.units import conversion, pint_unit, without_unit
 from .origin import Taken, toml_string
 from .record import Record
@@ -18,6 +24,88 @@ from .record import Record
 # Begins the reason of a column that [columns] of a rig names; one that --map names is only "named".
 NAMED_BY_RIG = "named in [columns]"
 FORM = "CHANNEL=COLUMN or CHANNEL=COLUMN [UNIT], such as 'position_m=Stroke [mm]'"
+
+
+@dataclass(frozen=True)
+class Hints:
+    """What the user says about a log; it goes before all that is guessed.
+
+    Attributes
+    ----------
+    maps
+        for a column of the schema: name and unit of the column in the log; without a unit, the
+        unit is that of the log, or else guessed.
+    dt_s
+        sampling time in seconds: of the rows where the log has no time, else the one to which the
+        log is resampled. None: as in the log.
+    """
+
+    maps: Mapping[str, ColumnMap] = field(default_factory=lambda: MappingProxyType({}))
+    dt_s: float | None = None
+
+    def __bool__(self) -> bool:
+        """Whether anything is said."""
+        return bool(self.maps) or self.dt_s is not None
+
+
+NO_HINTS = Hints()
+
+
+@dataclass(frozen=True)
+class Request:
+    """What the caller of `read_record` asks for."""
+
+    columns: Sequence[str] | None
+    required: tuple[str, ...]
+    layout: Layout
+    hints: Hints
+
+    def is_met_by(self, file_names: Sequence[str], path: Path) -> bool:
+        """Whether a file has all required columns, and the mapped ones, under the names asked for.
+
+        Raises
+        ------
+        RecordError
+            two columns of the file would get the same name.
+        """
+        layout = layout_of(file_names, self.layout)
+        names = names_in_file(file_names, layout, path)
+        requested = self.requested(names)
+        needed = (*self.required, *(name for name in layout if name in requested))
+        if any(self._log_has_unit(names, layout, name) for name in layout):
+            return False
+        return all(
+            names.get(name) == (layout[name].name if name in layout else name) for name in needed
+        )
+
+    def _log_has_unit(self, names: Mapping[str, str], layout: Layout, channel: str) -> bool:
+        """Whether a column without a unit in the layout has one in its name, not the schema's."""
+        if layout[channel].unit is not None or channel not in self.requested(names):
+            return False
+        name = layout[channel].name
+        unit = unit_in_name(name, channel) or unknown_unit(name, channel)
+        return unit is not None and unit != CHANNELS[channel].unit
+
+    def requested(self, names: Mapping[str, str]) -> set[str]:
+        """Returns the columns to read of a file with the columns `names`."""
+        if self.columns is None:
+            return {*names, *self.layout}
+        return {*self.columns, *self.required, TIME}
+
+    @property
+    def time_name(self) -> str:
+        """Name of the column of time in the file, as the layout has it."""
+        return self.layout[TIME].name if TIME in self.layout else TIME
+
+    def stated(self, names: Sequence[str]) -> tuple[dict[str, ColumnMap], frozenset[str]]:
+        """Returns the columns that are named for channels, and the channels of those by the rig.
+
+        `names` are those of the log. What the user says goes before the rig.
+        """
+        maps = self.hints.maps
+        layout = layout_of(names, self.layout)
+        by_rig = {channel: one for channel, one in layout.items() if channel not in maps}
+        return {**maps, **by_rig}, frozenset(by_rig)
 
 
 def parse_maps(texts: Iterable[str], option: str = "--map") -> dict[str, ColumnMap]:

@@ -3,41 +3,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
-from types import MappingProxyType
+from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import Any
 
 from ..catalogue.channels import CHANNELS
-from .layout import ColumnMap, is_convertible
+from .layout import is_convertible
 
 MOST_LISTED = 12  # names of columns in a remark
 DATES = "dates or times in the log"  # begins the reason of a time that has no unit
-
-
-@dataclass(frozen=True)
-class Hints:
-    """What the user says about a log; it goes before all that is guessed.
-
-    Attributes
-    ----------
-    maps
-        for a column of the schema: name and unit of the column in the log; without a unit, the
-        unit is that of the log, or else guessed.
-    dt_s
-        sampling time in seconds: of the rows where the log has no time, else the one to which the
-        log is resampled. None: as in the log.
-    """
-
-    maps: Mapping[str, ColumnMap] = field(default_factory=lambda: MappingProxyType({}))
-    dt_s: float | None = None
-
-    def __bool__(self) -> bool:
-        """Whether anything is said."""
-        return bool(self.maps) or self.dt_s is not None
-
-
-NO_HINTS = Hints()
 
 
 @dataclass(frozen=True)

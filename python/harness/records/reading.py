@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Reads a record from a file."""
+"""Reads a record from a file, or of columns in memory by the rules for files."""
 
 from __future__ import annotations
 
@@ -8,10 +8,15 @@ import math
 import os
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager, nullcontext
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from types import MappingProxyType
+from typing import Any
 
+import numpy as np
+import numpy.typing as npt
+
+from ..base.arrays import masked_count
 from ..catalogue.channels import CHANNELS, COMMAND, POSITION, REQUIRED_COLUMNS, TIME
 from .checks import check_columns, has_sentinels, without_useless
 from .errors import RecordError
@@ -26,12 +31,12 @@ from .layout import (
     names_in_file,
 )
 from .limits import bounded_memory, decompress, read_file
-from .logs.log import Log, Table
-from .logs.names import means, unit_in_name, unknown_unit
+from .logs.log import Log, Part, Table, series_of
+from .logs.names import means, unit_in_name
 from .logs.reading import even_record, record_of
-from .mapping import units_differ
-from .origin import NO_HINTS, Hints, Origin, without_numbers
-from .record import Record, make_record
+from .mapping import NO_HINTS, Hints, Request, units_differ
+from .origin import Origin, without_numbers
+from .record import Record, digest, make_record
 from .timebase import TimeError, gap_remarks
 
 AS_THE_SCHEMA: Layout = MappingProxyType({})
@@ -91,7 +96,38 @@ def read_record(
     request = Request(columns, tuple(required), layout, hints)
     with _opened(path) as (file, sha256):
         name = path.name if path.is_dir() else stem_of(path)
-        return record_in(file, path, request, name=name, sha256=sha256)
+        return _record_in(file, path, request, name=name, sha256=sha256)
+
+
+def record_of_columns(
+    columns: Mapping[str, npt.ArrayLike], *, hints: Hints = NO_HINTS, name: str = "record"
+) -> Record:
+    """Returns the record that a file with these columns would give.
+
+    Parameters
+    ----------
+    columns
+        one-dimensional values of equal length by column name. Columns with the names of the schema
+        are in its units. Dates are allowed where they are the time.
+    hints
+        names, units and sampling time that the user states, as for `read_record`.
+    name
+        of the record, also in messages.
+
+    Returns
+    -------
+    The record, without a file as its source; `sha256` is the digest of the columns.
+
+    Raises
+    ------
+    RecordError
+        a column has a problem; the message says where it is and how to mend it.
+    """
+    given = {str(key): _array(values, str(key), name) for key, values in columns.items()}
+    _check(given, name)
+    request = Request(None, (), {}, hints)
+    record = _record_in(_Columns(given, name), Path(name), request, name=name, sha256=None)
+    return replace(record, source=None, sha256=digest(given.items()))
 
 
 def open_unread(path: Path) -> Log:
@@ -106,7 +142,7 @@ def open_unread(path: Path) -> Log:
         return file if isinstance(file, Log) else file.log()
 
 
-def record_in(
+def _record_in(
     file: Log | Table, path: Path, request: Request, *, name: str, sha256: str | None
 ) -> Record:
     """Returns the record in a file that is open: its table as it is, if it can be, or its log.
@@ -137,53 +173,6 @@ def record_in(
         if no_signal is not None and not file.series and not file.notes:
             raise no_signal
     return record_of(file, path, request, name=name, sha256=sha256)
-
-
-@dataclass(frozen=True)
-class Request:
-    """What the caller of `read_record` asks for."""
-
-    columns: Sequence[str] | None
-    required: tuple[str, ...]
-    layout: Layout
-    hints: Hints
-
-    def is_met_by(self, file_names: Sequence[str], path: Path) -> bool:
-        """Whether a file has all required columns, and the mapped ones, under the names asked for.
-
-        Raises
-        ------
-        RecordError
-            two columns of the file would get the same name.
-        """
-        layout = layout_of(file_names, self.layout)
-        names = names_in_file(file_names, layout, path)
-        requested = self.requested(names)
-        needed = (*self.required, *(name for name in layout if name in requested))
-        if any(self._log_has_unit(names, layout, name) for name in layout):
-            return False
-        return all(
-            names.get(name) == (layout[name].name if name in layout else name) for name in needed
-        )
-
-    def _log_has_unit(self, names: Mapping[str, str], layout: Layout, channel: str) -> bool:
-        """Whether a column without a unit in the layout has one in its name, not the schema's."""
-        if layout[channel].unit is not None or channel not in self.requested(names):
-            return False
-        name = layout[channel].name
-        unit = unit_in_name(name, channel) or unknown_unit(name, channel)
-        return unit is not None and unit != CHANNELS[channel].unit
-
-    def requested(self, names: Mapping[str, str]) -> set[str]:
-        """Returns the columns to read of a file with the columns `names`."""
-        if self.columns is None:
-            return {*names, *self.layout}
-        return {*self.columns, *self.required, TIME}
-
-    @property
-    def time_name(self) -> str:
-        """Name of the column of time in the file, as the layout has it."""
-        return self.layout[TIME].name if TIME in self.layout else TIME
 
 
 def _is_other_log(file_names: Sequence[str]) -> bool:
@@ -319,3 +308,64 @@ def _bytes(path: Path) -> tuple[bytes, str]:
     except OSError as error:
         problem, mend = f"the file cannot be read ({error.strerror})", "check its permissions"
     raise RecordError(path, problem, expected="a record file", mend=mend)
+
+
+class _Columns(Table):
+    """Arrays of equal length by name."""
+
+    ending = "columns in memory"
+    is_flat = True
+
+    def __init__(self, arrays: Mapping[str, npt.NDArray[Any]], name: str) -> None:
+        self._arrays = arrays
+        self._name = name
+
+    def names(self) -> list[str] | None:
+        dated = any(values.dtype.kind in "mM" for values in self._arrays.values())
+        return None if dated else list(self._arrays)
+
+    def text_names(self) -> list[str]:
+        return [key for key, values in self._arrays.items() if values.dtype.kind not in "fiubmM"]
+
+    def read(self, wanted: Sequence[str]) -> dict[str, npt.NDArray[Any]]:
+        return {name: self._arrays[name] for name in wanted}
+
+    def log(self) -> Log:
+        texts = self.text_names()
+        for key in texts:
+            if key in CHANNELS:
+                raise RecordError(
+                    self._name,
+                    f"the values are of type {self._arrays[key].dtype.name}",
+                    column=key,
+                    expected="real numbers",
+                    mend="convert the column to numbers",
+                )
+        parts = [Part.of((key,), values) for key, values in self._arrays.items()]
+        return Log(self.ending, series_of(parts, Path(self._name)), texts=tuple(texts))
+
+
+def _array(values: npt.ArrayLike, column: str, name: str) -> npt.NDArray[Any]:
+    if isinstance(values, np.ndarray):  # a masked array stays one, so that its mask is seen
+        return values
+    try:
+        return np.asarray(values)
+    except ValueError:  # lists of unequal lengths in a list
+        raise RecordError(
+            name,
+            "the values are not one column",
+            column=column,
+            expected="a vector, one value a sample",
+            mend="give each signal under its own name",
+        ) from None
+
+
+def _check(columns: Mapping[str, npt.NDArray[Any]], name: str) -> None:
+    if not columns:
+        check_columns({}, file=name, first_row=1)
+    for key, values in columns.items():
+        if masked_count(values):
+            check_columns({key: values}, file=name, first_row=1)
+        if values.shape[:1] != next(iter(columns.values())).shape[:1]:
+            numbers = {one: np.zeros(array.shape) for one, array in columns.items()}
+            check_columns(numbers, file=name, first_row=1)

@@ -3,8 +3,8 @@ import numpy as np
 import pytest
 
 from ehsid.harness.records import Hints, RecordError
-from ehsid.harness.records.in_memory import digest, record_of_columns
-from ehsid.harness.records.record import told_apart
+from ehsid.harness.records.reading import record_of_columns
+from ehsid.harness.records.record import digest, told_apart
 
 ROWS = {"time_s": np.arange(6) * 0.1, "command_v": np.arange(6.0), "other": np.ones(6)}
 

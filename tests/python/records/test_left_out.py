@@ -11,7 +11,7 @@ import polars as pl
 import pytest
 
 from ehsid.harness.records import Record, RecordError, read_record
-from ehsid.harness.records.in_memory import record_of_columns
+from ehsid.harness.records.reading import record_of_columns
 
 N, FILLED = 600, 18
 KINDS = ["csv", "txt", "parquet", "npz", "memory"]

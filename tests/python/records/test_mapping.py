@@ -11,8 +11,7 @@ import numpy as np
 import pytest
 
 from ehsid.harness.records import ColumnMap, Hints, Record, read_record
-from ehsid.harness.records.mapping import parse_maps
-from ehsid.harness.records.mapping import how_to_exchange, how_to_read
+from ehsid.harness.records.mapping import how_to_exchange, how_to_read, parse_maps
 
 N = 60
 TIME = 0.002 * np.arange(N)

@@ -7,7 +7,7 @@ Clocks that are put forward or back, and counters that begin anew, are made to r
 from __future__ import annotations
 
 import re
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -16,8 +16,8 @@ import numpy as np
 from ...base.arrays import FloatArray
 from ...catalogue.channels import TIME
 from ..errors import MisnamedColumnError, RecordError, misnamed_column
-from ..layout import ColumnMap, layout_of, usual_units
-from ..mapping import how_to_name, map_option, units_differ
+from ..layout import usual_units
+from ..mapping import Request, how_to_name, map_option, units_differ
 from ..origin import DATES, Taken
 from ..timebase import BRIDGED_STEPS, GAP_FACTOR
 from .log import Log, Series
@@ -58,20 +58,13 @@ class Clock:
 class Clocks:
     """The clocks of a log by group; `remarks` are sentences on what was guessed."""
 
-    def __init__(
-        self,
-        log: Log,
-        path: Path,
-        time: ColumnMap | None,
-        dt_s: float | None,
-        *,
-        by_rig: bool = False,
-    ) -> None:
+    def __init__(self, log: Log, path: Path, request: Request) -> None:
+        maps, by_rig = request.stated([one.name for one in log.series])
         self._log = log
         self._path = path
-        self._named = time
-        self._dt_s = dt_s
-        self._by_rig = by_rig
+        self._named = maps.get(TIME)
+        self._by_rig = TIME in by_rig
+        self._dt_s = request.hints.dt_s
         self._found: dict[tuple[str, int], Clock | None] = {}
         self.remarks: list[str] = []
 
@@ -270,15 +263,6 @@ def _runs(time: Series) -> bool:
         and bool(np.ptp(finite) > 0.0)
         and bool(np.mean(np.diff(finite) >= 0.0) > 0.5)
     )
-
-
-def time_map(
-    maps: Mapping[str, ColumnMap], layout: Mapping[str, ColumnMap], log: Log
-) -> ColumnMap | None:
-    """Returns what was said about the time, by the user or by the layout of a rig."""
-    if TIME in maps:
-        return maps[TIME]
-    return layout_of([one.name for one in log.series], layout).get(TIME)
 
 
 def put_right(time_s: FloatArray, first_row: int) -> tuple[FloatArray, list[str]]:

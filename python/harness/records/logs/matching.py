@@ -14,8 +14,8 @@ from ...base.arrays import FloatArray
 from ...catalogue.channels import CHANNELS, COMMAND, POSITION, SPOOL, TIME
 from ..checks import sentinels_of
 from ..errors import RecordError, misnamed_column, missing_column, nearest_name
-from ..layout import ColumnMap, gauge_remarks, layout_of, usual_units
-from ..mapping import NAMED_BY_RIG, columns_line, map_option, units_differ
+from ..layout import gauge_remarks, usual_units
+from ..mapping import NAMED_BY_RIG, Request, columns_line, map_option, units_differ
 from ..origin import Taken
 from .log import Log, Series
 from .names import (
@@ -63,9 +63,7 @@ class Matching:
     `without_value` are those on numbers that stand for no value, by the name of the series.
     """
 
-    def __init__(
-        self, log: Log, path: Path, maps: Mapping[str, ColumnMap], layout: Mapping[str, ColumnMap]
-    ) -> None:
+    def __init__(self, log: Log, path: Path, request: Request) -> None:
         self._log = log
         self._path = path
         self._signals = [one for one in log.series if not one.is_time]
@@ -73,12 +71,7 @@ class Matching:
         self._only_length_name: str | None = None
         self._told: set[str] = set()  # channels that remarks tell of
         self.without_value: dict[str, str] = {}
-        self._maps = dict(maps)
-        self._by_rig: set[str] = set()
-        for channel, column in layout_of([one.name for one in self._signals], layout).items():
-            if channel != TIME and channel not in self._maps:
-                self._maps[channel] = column
-                self._by_rig.add(channel)
+        self._maps, self._by_rig = request.stated([one.name for one in self._signals])
 
     def choose(self, wanted: Collection[str], required: Collection[str]) -> list[Choice]:
         """Returns the choices for the wanted columns but the time, in the order of `wanted`.

@@ -5,7 +5,6 @@ from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -13,10 +12,11 @@ from ...base.arrays import FloatArray
 from ...catalogue.channels import CHANNELS, COMMAND, POSITION, TIME
 from ..checks import without_useless
 from ..errors import RecordError
-from ..origin import Hints, Origin, without_numbers
+from ..mapping import Request
+from ..origin import Origin, without_numbers
 from ..record import Record, make_record
 from ..timebase import BRIDGED_STEPS, GAP_FACTOR, MAX_JITTER, TimeError, analyse_time, is_uniform
-from .clock import Clock, Clocks, time_map
+from .clock import Clock, Clocks
 from .log import Log
 from .matching import Choice, Matching
 from .uniform import (
@@ -34,9 +34,6 @@ from .uniform import (
     with_rows,
 )
 
-if TYPE_CHECKING:
-    from ..reading import Request
-
 MIN_VALUES = 2
 NOT_WHOLE = "'{}' is left out: it does not cover the whole record"
 
@@ -52,10 +49,9 @@ def record_of(log: Log, path: Path, request: Request, *, name: str, sha256: str 
     required, hints = request.required, request.hints
     named = CHANNELS if request.columns is None else request.columns
     wanted = list(dict.fromkeys([*named, *required, *hints.maps]))
-    matching = Matching(log, path, hints.maps, request.layout)
+    matching = Matching(log, path, request)
     choices = matching.choose(wanted, set(required) - {TIME})
-    time = time_map(hints.maps, request.layout, log)
-    clocks = Clocks(log, path, time, hints.dt_s, by_rig=TIME not in hints.maps)
+    clocks = Clocks(log, path, request)
     if request.columns is None:
         times = clocks.columns()
         clocks.say_unused(times)
@@ -67,8 +63,8 @@ def record_of(log: Log, path: Path, request: Request, *, name: str, sha256: str 
             expected="at least one signal",
             mend="look into the file, or export it again",
         )
-    maker = _Maker(path, log.first_row, clocks, hints)
-    made, taken_time = maker.make(choices, set(required), TIME in required)
+    maker = _Maker(path, log.first_row, hints.dt_s)
+    made, taken_time = maker.make(choices, clocks, set(required), TIME in required)
     if taken_time is None and matching.without_value:
         column, remark = next(iter(matching.without_value.items()))
         raise RecordError(
@@ -97,20 +93,23 @@ def record_of(log: Log, path: Path, request: Request, *, name: str, sha256: str 
 class _Maker:
     """Brings the chosen series to one time; `remarks` say what was done."""
 
-    def __init__(self, path: Path, first_row: int, clocks: Clocks, hints: Hints) -> None:
+    def __init__(self, path: Path, first_row: int, dt_s: float | None) -> None:
         self._path = path
         self._first_row = first_row
-        self._clocks = clocks
-        self._hints = hints
+        self._dt_s = dt_s
         self._needed: Collection[str] = ()
         self.remarks: list[str] = []
 
     def make(
-        self, choices: Sequence[Choice], required: Collection[str], needs_time: bool
+        self,
+        choices: Sequence[Choice],
+        clocks: Clocks,
+        required: Collection[str],
+        needs_time: bool,
     ) -> tuple[dict[str, FloatArray], Clock | None]:
         """Returns the columns of the record, the time among them if there is any, and its clock."""
         self._needed = {*required, COMMAND, POSITION}
-        clock_of = {one.taken.channel: self._clocks.of(one.series) for one in choices}
+        clock_of = {one.taken.channel: clocks.of(one.series) for one in choices}
         first = next((clock for clock in clock_of.values() if clock is not None), None)
         if first is None:
             return self._without_time(choices, needs_time), None
@@ -205,7 +204,7 @@ class _Maker:
         """
         first = signals[leading[0]].time_s
         same = all(np.array_equal(one.time_s, first) for one in signals.values())
-        dt_s = self._hints.dt_s
+        dt_s = self._dt_s
         if same and is_uniform(first):
             step = usual_step(first)
             rows = missing_rows(first, step)
@@ -252,7 +251,7 @@ class _Maker:
         self, signals: Mapping[str, Timed], leading: Sequence[str], same: bool
     ) -> dict[str, FloatArray]:
         steps = {name: usual_step(one.time_s) for name, one in signals.items()}
-        dt_s = self._hints.dt_s or rounded(max(steps[name] for name in leading))
+        dt_s = self._dt_s or rounded(max(steps[name] for name in leading))
         start = max(float(signals[name].time_s[0]) for name in leading)
         end = min(float(signals[name].time_s[-1]) for name in leading)
         if end - start < dt_s:
@@ -318,7 +317,7 @@ class _Maker:
         why = f"steps vary by up to {100.0 * wavers:.3g} %"
         if same and wavers <= MAX_JITTER:
             why = "a step is no whole number of usual ones"
-        if self._hints.dt_s is not None:
+        if self._dt_s is not None:
             why = f"from {1e3 * steps[leading[0]]:.4g} ms"
         rates = sorted({f"{1e3 * step:.4g}" for step in steps.values()}, key=float)
         if not same and len(rates) > 1:
@@ -390,7 +389,7 @@ def even_record(
     mended = repaired(time_s, remarks)
     if mended is None:
         raise error
-    maker = _Maker(path, first_row, Clocks(Log("", ()), path, None, None), Hints())
+    maker = _Maker(path, first_row, None)
     signals = {
         one: Timed(mended[0], np.asarray(values)[mended[1]], held=one == COMMAND)
         for one, values in columns.items()
