@@ -207,11 +207,6 @@ def _unknown_ending(
     return RecordError(path, problem, expected=f"one of {listed}", mend=mend)
 
 
-def stem_of(path: Path) -> str:
-    """Returns the name without its ending: "run.csv.gz" gives "run"."""
-    return path.name[: -len(ending_of(path)) - 1]
-
-
 def records_in(folder: Path) -> list[Path]:
     """Returns the records and logs of a folder, sorted by name, without those of its sub-folders.
 

@@ -20,7 +20,7 @@ from ..base.arrays import masked_count
 from ..catalogue.channels import CHANNELS, COMMAND, POSITION, REQUIRED_COLUMNS, TIME
 from .checks import check_columns, has_sentinels, without_useless
 from .errors import RecordError
-from .formats import ending_of, kind_of, opened, stem_of
+from .formats import ending_of, kind_of, opened
 from .layout import (
     ColumnMap,
     Layout,
@@ -94,8 +94,7 @@ def read_record(
         required = REQUIRED_COLUMNS if columns is None else tuple(columns)
     check_layout(layout, path)
     request = Request(columns, tuple(required), layout, hints)
-    with _opened(path) as (file, sha256):
-        name = path.name if path.is_dir() else stem_of(path)
+    with _opened(path) as (file, name, sha256):
         return _record_in(file, path, request, name=name, sha256=sha256)
 
 
@@ -138,7 +137,7 @@ def open_unread(path: Path) -> Log:
     RecordError
         the file cannot be read.
     """
-    with _opened(path) as (file, _):
+    with _opened(path) as (file, _, _):
         return file if isinstance(file, Log) else file.log()
 
 
@@ -258,15 +257,17 @@ def _slow_remarks(record: Record) -> tuple[str, ...]:
 
 
 @contextmanager
-def _opened(path: Path) -> Iterator[tuple[Log | Table, str]]:
-    """Opens a file, which is read as long as the block lasts, and gives its SHA-256 digest, too."""
-    ending = ending_of(path) if not path.is_dir() else _folder_kind(path)
+def _opened(path: Path) -> Iterator[tuple[Log | Table, str, str]]:
+    """Opens a file for as long as the block lasts; gives its name and its SHA-256 digest, too."""
+    ending = _folder_kind(path) if path.is_dir() else ending_of(path)
+    # Without its ending: "run.csv.gz" gives "run".
+    name = path.name if path.is_dir() else path.name[: -len(ending) - 1]
     data, sha256 = _bytes(path)
     if ending.endswith(".gz"):
         data = decompress(data, path)
     kind = kind_of(data, path, ending)
     with bounded_memory(path) if kind.unbounded else nullcontext():
-        yield opened(kind, data, path), sha256
+        yield opened(kind, data, path), name, sha256
 
 
 def _folder_kind(path: Path) -> str:
