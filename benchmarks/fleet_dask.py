@@ -48,7 +48,7 @@ from ehsid.harness.base.files import write_text
 from ehsid.harness.base.parallel import on_cluster, workers
 from ehsid.harness.cli.gap_fleet import read_machine
 from ehsid.harness.diagnosis import diagnose
-from ehsid.harness.diagnosis.schema import Diagnosis
+from ehsid.harness.diagnosis.result import Diagnosis
 from ehsid.harness.fleet.ranking import read_fleet
 from ehsid.harness.fleet.running import run_fleet, unfinished_machines
 from ehsid.harness.records import Record, write_record

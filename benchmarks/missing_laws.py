@@ -29,7 +29,7 @@ from ehsid.harness.base.arrays import FloatArray
 from ehsid.harness.base.files import write_text
 from ehsid.harness.base.parallel import run_tasks
 from ehsid.harness.diagnosis import diagnose
-from ehsid.harness.diagnosis.schema import Diagnosis
+from ehsid.harness.diagnosis.result import Diagnosis
 from ehsid.harness.records import read_record
 from ehsid.harness.rigs import read_rig
 from ehsid.harness.rigs.table_words import OF_TERM, OF_VARIABLE, TERM_WORDS, VARIABLE_WORDS

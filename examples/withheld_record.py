@@ -13,7 +13,7 @@ from matplotlib.figure import Figure
 from ehsid.harness.catalogue.channels import shown_channel
 from ehsid.harness.catalogue.keys import ParameterKey
 from ehsid.harness.diagnosis import diagnose
-from ehsid.harness.diagnosis.schema import Diagnosis
+from ehsid.harness.diagnosis.result import Diagnosis
 from ehsid.harness.records import read_record
 from ehsid.harness.rigs import read_rig
 from ehsid.harness.show.diagnosis_files import write_diagnosis

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from ehsid.harness.base.encoding import json_schema
 from ehsid.harness.base.files import write_text
-from ehsid.harness.diagnosis import diagnosis_file
+from ehsid.harness.diagnosis import schema
 from ehsid.harness.fitness import RigCheckFile
 from ehsid.harness.fleet.ranking import Fleet
 from ehsid.harness.models.estimation import Estimates
@@ -17,7 +17,7 @@ from ehsid.lab.scoring.score import ScoreFile
 
 SCHEMAS = {
     "calibration.json": json_schema(Calibration, "calibration.json of ehsid gap-calibrate"),
-    "diagnosis.json": diagnosis_file.json_schema(),
+    "diagnosis.json": schema.json_schema(),
     "estimates.json": json_schema(Estimates, "estimates.json of ehsid estimate on a folder"),
     "fleet.json": json_schema(Fleet, "fleet.json of ehsid gap-fleet, schema version 1"),
     "hil.json": json_schema(HilFile, "hil.json of ehsid hil, schema version 1"),

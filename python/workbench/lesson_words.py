@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 from ehsid.harness.catalogue.keys import ParameterKey
-from ehsid.harness.diagnosis.diagnosis_file import DiagnosisFile, read_diagnosis_file
+from ehsid.harness.diagnosis.schema import DiagnosisFile, read_diagnosis_file
 from ehsid.harness.rigs import read_rig
 from ehsid.harness.show.gap_words import (
     effect_set,
@@ -42,16 +42,16 @@ def outcome_html(session: Session, lesson: Lesson) -> str:
 
 def named(found: DiagnosisFile) -> str:
     """Returns in words what a diagnosis names as the cause."""
-    sets = found.which.ambiguity_set if found.verdict == "ambiguous" else []
+    sets = found.which.ambiguity_set if found.verdict == "ambiguous" else ()
     if sets:
-        return " or ".join(effect_set(tuple(one)) for one in sets)
+        return " or ".join(map(effect_set, sets))
     return effect_set(tuple(effect.id for effect in found.which.effects))
 
 
 def is_found(found: DiagnosisFile, effect: str) -> bool | None:
     """Whether a diagnosis names just this effect; None where it is one of several answers."""
     ids = [one.id for one in found.which.effects]
-    if found.verdict == "ambiguous" and [effect] in found.which.ambiguity_set:
+    if found.verdict == "ambiguous" and (effect,) in found.which.ambiguity_set:
         return None
     if ids == [effect]:
         return True
@@ -79,7 +79,7 @@ def _found_sizes(found: DiagnosisFile) -> str:
     for effect in found.which.effects:
         for name, size in effect.parameters.items():
             key = ParameterKey.of_effect(effect.id, name)
-            value, ends = interval(size.estimate(), unit_of(key))
+            value, ends = interval(size, unit_of(key))
             lines.append(f"{_name(key)}: {value} ({ends})")
     return "<br>".join(map(look.plain, lines))
 

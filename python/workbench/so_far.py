@@ -16,7 +16,7 @@ import numpy as np
 
 from ehsid.harness.base.encoding import from_json
 from ehsid.harness.base.files import write_text
-from ehsid.harness.diagnosis.schema import HeldOutRun, Interim, Stage
+from ehsid.harness.diagnosis.result import HeldOutRun, Interim, Stage
 
 from .downsampling import make_pyramid, store
 

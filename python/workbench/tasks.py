@@ -19,7 +19,7 @@ from .session import Entry, Session
 from .so_far import forget, keep
 
 if TYPE_CHECKING:
-    from ehsid.harness.diagnosis.schema import Stage
+    from ehsid.harness.diagnosis.result import Stage
 
 REMARKS = "check/remarks.json"
 REQUIRED = (TIME, COMMAND, POSITION)
@@ -67,7 +67,7 @@ def check_task(folder: Path, *, report: Report) -> None:
 def gap_task(folder: Path, *, report: Report) -> None:
     """Diagnoses the gap, as `ehsid gap --out gap`, and keeps what is known so far."""
     from ehsid.harness.diagnosis import STAGES, Interim, diagnose
-    from ehsid.harness.diagnosis.diagnosis_file import RESULT_FILES
+    from ehsid.harness.diagnosis.schema import RESULT_FILES
     from ehsid.harness.records.record import told_apart
     from ehsid.harness.show.diagnosis_files import write_diagnosis
 

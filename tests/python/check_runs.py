@@ -12,7 +12,7 @@ from pathlib import Path
 from diagnosis_stand_in import Asked, DiagnosisStandIn
 from made_diagnoses import VERDICTS, made_diagnosis
 
-from ehsid.harness.diagnosis.schema import Diagnosis
+from ehsid.harness.diagnosis.result import Diagnosis
 from ehsid.lab.blind.making import make_check
 from ehsid.lab.blind.seal import Seal
 from ehsid.lab.blind.settings import Settings

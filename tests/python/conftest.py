@@ -26,7 +26,7 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 def consistent_diagnoses() -> Iterator[None]:
     """Every diagnosis that a test makes in its own process breaks no rule of consistency."""
     import ehsid.harness.diagnosis.diagnosis as module
-    from ehsid.harness.diagnosis.diagnosis_file import diagnosis_file
+    from ehsid.harness.diagnosis.result import diagnosis_file
     from ehsid.lab.scoring.contradictions import contradictions
 
     made = module._diagnose

@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 from ehsid.harness.base.parallel import Progress, worker_count
 from ehsid.harness.diagnosis.interim import Begun, Watch
 from ehsid.harness.diagnosis.options import DEFAULTS, DiagnosisOptions
-from ehsid.harness.diagnosis.schema import Diagnosis
+from ehsid.harness.diagnosis.result import Diagnosis
 from ehsid.harness.records import Record
 from ehsid.harness.rigs import Rig
 

@@ -8,36 +8,35 @@ from functools import cache
 
 import numpy as np
 from gap_rig import RIG
+from msgspec.structs import replace as replace_part
 
 from ehsid.harness.diagnosis.data.floor import noise_floor
 from ehsid.harness.diagnosis.decision.results import in_sigmas
 from ehsid.harness.diagnosis.model.comparison import compare
 from ehsid.harness.diagnosis.model.parameters import calibration_parameters
+from ehsid.harness.diagnosis.result import Diagnosis, HeldOutRun, UnknownInput
 from ehsid.harness.diagnosis.schema import (
-    BandShare,
-    CalibratedValue,
+    NOWHERE,
+    Band,
+    Calibrated,
     Candidate,
     CannotJudge,
-    Diagnosis,
-    EquationShare,
+    Effect,
+    Equation,
     Estimate,
-    FoundEffect,
-    HeldOutRun,
     HowFar,
     MissingLaw,
     NextExperiment,
-    RegimeShare,
+    Regime,
     Remark,
-    SpanShare,
-    Standing,
-    UnknownInput,
+    Span,
+    Value,
     Verdict,
     Where,
 )
 from ehsid.harness.diagnosis.search.gap_reduction import gap_reduction, window_sums
 from ehsid.harness.records import Record, make_record
 from ehsid.harness.rigs import Rig
-from ehsid.harness.rigs.table_law import TableLaw
 from ehsid.harness.signals.simulation import draw_noise, simulate
 from ehsid.harness.signals.simulation.windows import simulate_windows
 
@@ -83,7 +82,7 @@ def held_out_run(record: Record, rig: Rig) -> tuple[HeldOutRun, HowFar]:
     runs = [{name: shown.outputs[name][i] for name in OUTPUTS} for i in range(3)]
     sums = [window_sums([compared], [run], OUTPUTS) for run in runs]
     floors = {name: noise_floor(record.column(name)) for name in OUTPUTS}
-    far = gap_reduction(*sums, floors, seed=0)
+    far = gap_reduction(sums[0], sums[1], sums[2], floors, seed=0)
     assert record.time_s is not None
     run = HeldOutRun(
         record.name,
@@ -106,19 +105,20 @@ def _where() -> Where:
             "timing": 0.01,
         },
         regimes=(
-            RegimeShare("|velocity| < 0.004 m/s", Estimate(0.63, 0.55, 0.71), 0.12),
-            RegimeShare("reversals, 0.05 s around", Estimate(0.21, 0.12, 0.33), 0.08),
-            RegimeShare("|command| > 2 V", Estimate(0.05, 0.0, 0.11), 0.3),
+            Regime("|velocity| < 0.004 m/s", 0.63, 0.12, (0.55, 0.71)),
+            Regime("reversals, 0.05 s around", 0.21, 0.08, (0.12, 0.33)),
+            Regime("|command| > 2 V", 0.05, 0.3, (0.0, 0.11)),
         ),
         frequency=(
-            BandShare((0.0, 2.0), Estimate(0.7, 0.6, 0.78)),
-            BandShare((2.0, 8.0), Estimate(0.22, 0.15, 0.3)),
-            BandShare((8.0, 50.0), Estimate(0.08, 0.05, 0.12)),
+            Band((0.0, 2.0), 0.7, (0.6, 0.78)),
+            Band((2.0, 8.0), 0.22, (0.15, 0.3)),
+            Band((8.0, 50.0), 0.08, (0.05, 0.12)),
         ),
+        time=(),
         equations=(
-            EquationShare("force", "mechanics", 0.91, 240.0, _friction()),
-            EquationShare("flow_a", "hydraulics", 0.05, 41.0),
-            EquationShare("spool", "valve", 0.02, 12.0),
+            Equation("force", "mechanics", 0.91, 240.0, "velocity_m_s", 0.97),
+            Equation("flow_a", "hydraulics", 0.05, 41.0),
+            Equation("spool", "valve", 0.02, 12.0),
         ),
         notes=("Where and which agree: both say mechanics.",),
     )
@@ -142,14 +142,14 @@ def _friction() -> UnknownInput:
     )
 
 
-def _spans(run: HeldOutRun) -> tuple[SpanShare, ...]:
+def _spans(run: HeldOutRun) -> tuple[Span, ...]:
     inside = run.window >= 0
     error = np.abs(run.calibrated["position_m"] - run.measured["position_m"])
     shares = np.bincount(run.window[inside], error[inside] ** 2)
     found = []
     for number, share in enumerate(shares / shares.sum()):
         time = run.time_s[run.window == number]
-        found.append(SpanShare(run.record, (float(time[0]), float(time[-1])), float(share)))
+        found.append(Span((float(time[0]), float(time[-1])), float(share), run.record))
     return tuple(found)
 
 
@@ -166,11 +166,10 @@ CALIBRATED = {
 }
 
 
-def calibration() -> dict[str, CalibratedValue]:
-    """Each value beside the prior of the rig."""
-    priors = {one.name: one for one in calibration_parameters(bench())}
+def calibration() -> dict[str, Calibrated]:
+    """Each value, as told and as found."""
     return {
-        name: CalibratedValue(told, found, moved, in_sigmas(priors[name], found))
+        name: Calibrated(told, found.value, found.ci90, moved)
         for name, (told, found, moved) in CALIBRATED.items()
     }
 
@@ -203,7 +202,8 @@ def _candidates(in_set: int) -> tuple[Candidate, ...]:
                 900.0 + score,
                 400.0 + score,
                 23,
-                Standing("named" if i == 0 and in_set else "worse", "made by hand"),
+                "named" if i == 0 and in_set else "worse",
+                "made by hand",
                 0.1 + 0.01 * score,
                 0.2 * len(effects),
                 0.9 / 2.0 ** (i + 1),
@@ -212,7 +212,7 @@ def _candidates(in_set: int) -> tuple[Candidate, ...]:
     return tuple(found)
 
 
-def _next(rig: Rig) -> NextExperiment:
+def _next(rig: Rig) -> tuple[NextExperiment, Record]:
     time = np.arange(6000) * 2e-3
     command = 0.12 * np.sign(np.sin(2.0 * np.pi * time / 6.0)) * np.minimum(1.0, time)
     run = simulate(rig, command, dt_s=2e-3)
@@ -220,27 +220,30 @@ def _next(rig: Rig) -> NextExperiment:
         {"time_s": time, "command_v": command, "position_m": run.record.column("position_m")},
         name="next_experiment",
     )
-    return NextExperiment(
+    coming = NextExperiment(
         ("coulomb_friction", "stribeck_friction"),
-        record,
+        "next_experiment.csv",
         "slow triangle, 3 mm/s, 4 reversals",
         0.93,
         ("position_m", "pressure_a_pa", "pressure_b_pa"),
     )
+    return coming, record
 
 
 def missing_law() -> MissingLaw:
-    """Friction as a table, with its band and the nearest simple form."""
+    """Friction as a table, with its band."""
     knots = tuple(np.linspace(-0.2, 0.2, 8).tolist())
     values = tuple((412.0 * np.tanh(np.array(knots) / 0.01)).tolist())
     return MissingLaw(
-        TableLaw("force", "velocity_m_s", knots, values),
+        "force",
+        "velocity_m_s",
+        knots,
+        values,
         tuple((value - 20.0, value + 20.0) for value in values),
-        (0.05, 0.1, 0.15, 0.2, 0.2, 0.15, 0.1, 0.05),
         1.0,
         "jumps by 824 N at zero and is level on both sides, as Coulomb friction of 412 N",
+        (0.05, 0.1, 0.15, 0.2, 0.2, 0.15, 0.1, 0.05),
         (("force", "position_m"),),
-        tuple((412.0 * np.sign(np.array(knots))).tolist()),
     )
 
 
@@ -270,18 +273,21 @@ def made_diagnosis(
     run, far = held_out_run(measured_record("held_out", 2, seconds=seconds, dt_s=dt_s), rig)
     structural = verdict in ("effects", "ambiguous", "outside_catalogue")
     force = Estimate(412.0, 396.0, 431.0)
-    friction = FoundEffect("coulomb_friction", 0.97, {"force_n": force}, 1.0)
+    friction = Effect("coulomb_friction", 0.97, {"force_n": Value.of(force)}, 1.0)
     found = (friction,) if verdict in ("effects", "ambiguous") else ()
     sets = {"effects": 1, "ambiguous": 2}.get(verdict, 0)
     if not structural:
-        far = replace(far, augmented=far.calibrated, of_explainable=None)
+        nothing = Value.of(None)
+        far = replace_part(far, augmented=far.calibrated, shrinkage_of_explainable=nothing)
     judged = verdict != "insufficient_data"
     values = FOUND if verdict != "no_gap" else {}
     augmented = rig.with_values({**values, **(FRICTION if found else {})})
     laws = (missing_law(),) if verdict == "outside_catalogue" else ()
     tables = {f"{each.law.adds_to}_of_{each.law.of}": each.law for each in laws}
     augmented = replace(augmented, tables=tables)
-    where = _where() if structural else Where()
+    where = _where() if structural else NOWHERE
+    experiment, next_record = _next(augmented) if verdict == "ambiguous" else (None, None)
+    priors = {one.name: one for one in calibration_parameters(rig)}
     return Diagnosis(
         verdict=verdict,
         sentence=SENTENCES[verdict],
@@ -292,7 +298,7 @@ def made_diagnosis(
         )
         if structural
         else ("Every output is within 1.2 times its noise floor.",),
-        where=replace(where, time=_spans(run)) if structural else where,
+        where=replace_part(where, time=_spans(run)) if structural else where,
         effects=found,
         ambiguity_set=tuple(c.effects for c in _candidates(sets)[:sets]),
         candidates=_candidates(sets) if structural else (),
@@ -303,7 +309,7 @@ def made_diagnosis(
         ),
         outside_probability=OUTSIDE.get(verdict, 0.02) if judged else None,
         missing_laws=laws,
-        next_experiment=_next(augmented) if verdict == "ambiguous" else None,
+        next_experiment=experiment,
         how_far=far if judged else None,
         calibration=calibration() if judged else {},
         remarks=(
@@ -319,4 +325,12 @@ def made_diagnosis(
         records={"fit": "fit", "held_out": "held out"},
         settings={"window_s": 0.5, "skip_s": 0.3, "reset": "carry", "effects_excluded": []},
         seconds=31.2,
+        unknown_inputs=(_friction(),) if structural else (),
+        law_forms=tuple(tuple((412.0 * np.sign(np.array(law.knots))).tolist()) for law in laws),
+        next_record=next_record,
+        in_sigmas={
+            name: in_sigmas(priors[name], found) for name, (_, found, _) in CALIBRATED.items()
+        }
+        if judged
+        else {},
     )

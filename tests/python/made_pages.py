@@ -21,8 +21,8 @@ from made_machines import drawn_machines
 from page_names import file_name
 
 import ehsid
-from ehsid.harness.diagnosis.diagnosis_file import diagnosis_text
-from ehsid.harness.diagnosis.schema import Diagnosis, Remark
+from ehsid.harness.diagnosis.result import Diagnosis, diagnosis_text
+from ehsid.harness.diagnosis.schema import Remark
 from ehsid.harness.fleet.ranking import read_fleet
 from ehsid.harness.models.identification import ArxOrders, IoData
 from ehsid.harness.rigs.published import published_rig

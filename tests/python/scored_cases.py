@@ -1,16 +1,26 @@
 # SPDX-License-Identifier: MIT
 """Cases of a check made by hand, with the candidates that the diagnosis tried."""
 
+from ehsid.harness.diagnosis.schema import Candidate
 from ehsid.lab.blind.answers import Answer
 from ehsid.lab.scoring.judging import ScoredCase, judge
-from ehsid.lab.scoring.reading import Candidate, Findings, NamedEffect
+from ehsid.lab.scoring.reading import Findings, NamedEffect
 
 BAND, BIAS, LAG = "valve_dead_band", "valve_null_bias", "sensor_lag"
+
+
+def candidate(
+    effects: tuple[str, ...], score: float, fitted: float, held_out: float, free: int
+) -> Candidate:
+    """A set with its costs, nats, and its number of fitted values."""
+    return Candidate(effects, score, 0.0, fitted_cost=fitted, held_out_cost=held_out, free=free)
+
+
 CANDIDATES = (
-    Candidate((), 60.0, 100.0, 160.0, 12),
-    Candidate((BIAS,), 0.0, 41.0, 100.0, 13),
-    Candidate((BAND,), 4.0, 40.0, 104.0, 13),
-    Candidate((BAND, LAG), 9.0, 39.0, 109.0, 14),
+    candidate((), 60.0, 100.0, 160.0, 12),
+    candidate((BIAS,), 0.0, 41.0, 100.0, 13),
+    candidate((BAND,), 4.0, 40.0, 104.0, 13),
+    candidate((BAND, LAG), 9.0, 39.0, 109.0, 14),
 )
 N = 400.0
 

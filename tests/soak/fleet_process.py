@@ -14,7 +14,7 @@ from check_runs import StandIn
 
 import ehsid.harness.diagnosis
 from ehsid.harness.cli import cli
-from ehsid.harness.diagnosis.schema import Diagnosis
+from ehsid.harness.diagnosis.result import Diagnosis
 
 SECONDS = 0.5
 

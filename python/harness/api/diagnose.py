@@ -14,8 +14,8 @@ from .. import records
 from ..base.files import result_folder
 from ..base.parallel import workers as using
 from ..catalogue.channels import CHANNELS, POSITION, REQUIRED_COLUMNS
-from ..diagnosis.diagnosis_file import RESULT_FILES
 from ..diagnosis.options import DiagnosisChoices, DiagnosisOptions
+from ..diagnosis.schema import RESULT_FILES
 from ..records import read_record
 from ..records.record import told_apart
 from ..show.gap_brief import brief_tables, told_reasons, told_remarks

@@ -6,7 +6,7 @@ from __future__ import annotations
 import dataclasses
 import inspect
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any, TypeVar
 
 import msgspec
@@ -46,8 +46,12 @@ def json_text(result: Any, *, indent: int = 2) -> str:
     return msgspec.json.format(msgspec.json.encode(result), indent=indent).decode() + "\n"
 
 
-def from_json(content: bytes, kind: type[T]) -> T:
+def from_json(
+    content: bytes, kind: type[T], dec_hook: Callable[[type, Any], Any] | None = None
+) -> T:
     """Returns what `json_text` wrote of a result of this class.
+
+    dec_hook: makes values of classes that msgspec does not know, of the class and what was read.
 
     Raises
     ------
@@ -55,7 +59,7 @@ def from_json(content: bytes, kind: type[T]) -> T:
         the content is no JSON, or not of this class.
     """
     try:
-        return msgspec.json.decode(content, type=kind)
+        return msgspec.json.decode(content, type=kind, dec_hook=dec_hook)
     except RecursionError:
         raise msgspec.DecodeError(
             "brackets are nested too deeply: expected the few levels of a file of ehsid"

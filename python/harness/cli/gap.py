@@ -74,7 +74,7 @@ def gap_command(
     """
     from ..diagnosis import STAGES, diagnose
     from ..diagnosis.data.gate import how_read
-    from ..diagnosis.diagnosis_file import RESULT_FILES
+    from ..diagnosis.schema import RESULT_FILES
     from .gap_summary import print_diagnosis
 
     failing = failing_verdicts(fail_on)

@@ -68,8 +68,8 @@ def check_results(folder: Path, out: Path, machines: Sequence[Path]) -> None:
         `out` or the place of a result lies in `folder`, where the next run would take it for a
         machine or a record; or a file that is not of an earlier result is in the way.
     """
-    from ..diagnosis.diagnosis_file import RESULT_FILES
     from ..diagnosis.job import ERROR, RESULT
+    from ..diagnosis.schema import RESULT_FILES
     from ..fleet.running import INPUTS
 
     for place in (out, *(out / machine.name for machine in machines)):

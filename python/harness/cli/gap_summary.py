@@ -6,7 +6,8 @@ from __future__ import annotations
 from collections.abc import Collection
 from pathlib import Path
 
-from ..diagnosis.schema import Diagnosis, Remark
+from ..diagnosis.result import Diagnosis
+from ..diagnosis.schema import Remark
 from ..show.gap_brief import brief_tables, told_reasons, told_remarks
 from ..show.gap_words import VERDICTS, effect_set, plain_name
 from ..show.shares import percent

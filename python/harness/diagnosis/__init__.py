@@ -9,7 +9,7 @@ from .model.comparison import Compared, GapFigure, gap_figure
 from .model.fit import Fit, fit
 from .model.parameters import Parameter, calibration_parameters, effect_parameters
 from .model.problem import Problem
-from .schema import Diagnosis, Interim
+from .result import Diagnosis, Interim
 
 __all__ = [
     "STAGES",

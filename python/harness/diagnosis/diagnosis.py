@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
+from msgspec.structs import replace as replace_part
 
 from ..base.error_words import error_words
 from ..base.parallel import Progress, single_threaded_algebra
@@ -35,18 +36,18 @@ from .model.comparison import BLOCK_S
 from .next.next_experiment import next_experiment
 from .options import DEFAULTS, DiagnosisOptions
 from .pace import Pace
+from .result import Diagnosis, HeldOutRun, Stage, UnknownInput
 from .schema import (
+    NOWHERE,
     SKIP_S,
-    CalibratedValue,
+    Calibrated,
     CannotJudge,
-    Diagnosis,
+    Effect,
     Estimate,
-    FoundEffect,
-    HeldOutRun,
     HowFar,
     NextExperiment,
     Remark,
-    Stage,
+    Value,
     Where,
 )
 from .search.candidates import FittedCandidate, calibrate_nuisances, decision_case
@@ -170,18 +171,20 @@ def _diagnose(
     if evaluation.step is not None:
         augmented[ParameterKey.of_effect(QUANTISATION, "step_m")] = evaluation.step.value
     structural = decision.verdict in ("effects", "ambiguous", "outside_catalogue")
-    where = Where()
+    where = NOWHERE
+    unknown_inputs: tuple[UnknownInput, ...] = ()
     if decision.verdict == "effects" and not fitted_effects:
-        where = Where(subsystem={"sensor": 1.0})
+        where = replace_part(NOWHERE, subsystem={"sensor": 1.0})
     elif structural:
         told = best if laws is None else laws.candidate
         look = look_for(watch, begun, pace, case)
         _tell(look, "where", search_result, told, tasks=len(selection.rivals))
-        where = _located(evaluation, fitted_effects, pace)
-    experiment = None
+        where, unknown_inputs = _located(evaluation, fitted_effects, pace)
+    experiment, next_record = None, None
     if selection.rivals:
         _tell(look_for(watch, begun, pace, case), "experiment", search_result, best)
-        experiment = _design_experiment(case, selection, pace.within)
+        designed = _design_experiment(case, selection, pace.within)
+        experiment, next_record = designed or (None, None)
     if progress is not None:
         progress(1.0)
     return Diagnosis(
@@ -211,20 +214,30 @@ def _diagnose(
         records=_roles(records, validate),
         settings=_settings(case, options),
         seconds=time.monotonic() - began,
+        unknown_inputs=unknown_inputs,
+        law_forms=() if laws is None else laws.forms,
+        next_record=next_record,
+        in_sigmas={
+            parameter.name: results.in_sigmas(parameter, values[parameter.name])
+            for parameter in case.parameters()
+        },
     )
 
 
-def _located(evaluation: _Evaluation, effects: Sequence[FoundEffect], pace: Pace) -> Where:
+def _located(
+    evaluation: _Evaluation, effects: Sequence[Effect], pace: Pace
+) -> tuple[Where, tuple[UnknownInput, ...]]:
     """Tells where the gap lies; where that cannot be computed, the verdict stands without it."""
     case, found, laws = evaluation.case, evaluation.search_result, evaluation.laws
     selection = evaluation.selection
     best = selection.best
     try:
-        return localise(
+        equations, unknown_inputs = equation_shares(case, found.calibrated, pace.within)
+        where = localise(
             decision_case(case),
             found.calibrated,
             best,
-            equations=equation_shares(case, found.calibrated, pace.within),
+            equations=equations,
             shares={effect.id: effect.share_of_shrinkage for effect in effects} or None,
             laws=[
                 (table_subsystem(each.law.adds_to, each.law.of), each.share_of_shrinkage)
@@ -237,7 +250,8 @@ def _located(evaluation: _Evaluation, effects: Sequence[FoundEffect], pace: Pace
         )
     except (ValueError, ArithmeticError):
         LOGGER.info("where the gap lies could not be told", exc_info=True)
-        return Where(notes=(NOT_TOLD,))
+        return replace_part(NOWHERE, notes=(NOT_TOLD,)), ()
+    return where, unknown_inputs
 
 
 def _augmented(rig: Rig, values: Mapping[str, float], laws: LawsFound | None) -> Rig:
@@ -249,17 +263,17 @@ def _augmented(rig: Rig, values: Mapping[str, float], laws: LawsFound | None) ->
 
 
 def _quantisation_effect(
-    step: Estimate | None, fitted_effects: Sequence[FoundEffect]
-) -> tuple[FoundEffect, ...]:
+    step: Estimate | None, fitted_effects: Sequence[Effect]
+) -> tuple[Effect, ...]:
     """Returns the effect that the record itself shows (quantisation); it shrinks no gap."""
     if step is None:
         return ()
     share = 0.0 if fitted_effects else 1.0
-    return (FoundEffect(QUANTISATION, LARGEST_PROBABILITY, {"step_m": step}, share),)
+    return (Effect(QUANTISATION, LARGEST_PROBABILITY, {"step_m": Value.of(step)}, share),)
 
 
 def _ambiguity_set(
-    selection: Selection, best: Sequence[FoundEffect], quantisation: Sequence[FoundEffect]
+    selection: Selection, best: Sequence[Effect], quantisation: Sequence[Effect]
 ) -> tuple[tuple[str, ...], ...]:
     """The sets in question; the effects of the best one, which is first, in the given order."""
     quantisation_ids = tuple(candidate.id for candidate in quantisation)
@@ -278,7 +292,7 @@ class _Evaluation:
     runs: tuple[HeldOutRun, ...]
     reduction: HowFar
     values: Mapping[str, Estimate]
-    calibration: Mapping[str, CalibratedValue]
+    calibration: Mapping[str, Calibrated]
     hardly_shown: Sequence[CannotJudge]
     step: Estimate | None
     laws: LawsFound | None = None
@@ -402,7 +416,7 @@ def _with_missing_laws(
 
 def _design_experiment(
     case: Case, selection: Selection, progress: Progress
-) -> NextExperiment | None:
+) -> tuple[NextExperiment, Record] | None:
     """Designs an experiment for sets that the data cannot separate."""
     candidates = [
         (candidate.effects, candidate.values)
@@ -465,7 +479,7 @@ def _insufficient(
         verdict="insufficient_data",
         sentence=f"These data cannot carry a diagnosis. {reasons[0]}",
         reasons=tuple(reasons),
-        where=Where(),
+        where=NOWHERE,
         effects=(),
         ambiguity_set=(),
         candidates=(),

@@ -14,7 +14,7 @@ from .decision import results
 from .decision.evidence import left
 from .model.case import Case
 from .pace import Known, Pace
-from .schema import Interim, Stage
+from .result import Interim, Stage
 from .search.candidates import FittedCandidate
 from .search.gap_reduction import mean_gap
 from .search.likelihood_gain import above_floor

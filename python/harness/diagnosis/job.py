@@ -16,7 +16,7 @@ from ..base.parallel import run_unordered, workers
 from ..records import Record
 from ..rigs import Rig
 from .options import DEFAULTS, DiagnosisOptions
-from .schema import Diagnosis
+from .result import Diagnosis
 
 DIAGNOSIS = "diagnosis.json"
 ERROR = "error.txt"

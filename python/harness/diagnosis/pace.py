@@ -18,7 +18,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from ..base.parallel import Progress
-from .schema import Stage
+from .result import Stage
 
 # Sizes of stages in units of "alone".
 VALUES = 0.2

@@ -11,9 +11,8 @@ from typing import Literal
 
 import ehsid
 
-from ..diagnosis.diagnosis_file import DiagnosisFile, known, read_diagnosis_file
 from ..diagnosis.job import DIAGNOSIS, ERROR
-from ..diagnosis.schema import Estimate
+from ..diagnosis.schema import DiagnosisFile, Estimate, read_diagnosis_file
 
 
 @dataclass(frozen=True)
@@ -161,30 +160,30 @@ def _read(path: Path) -> Machine:
 def machine_of(name: str, file: DiagnosisFile) -> Machine:
     """Returns the summary of a diagnosis."""
     how_far, which = file.how_far, file.which
-    low, high = map(known, how_far.noise_floor)
-    calibrated = known(how_far.calibrated)
+    low, high = how_far.noise_floor
+    calibrated = how_far.calibrated
     judged = file.verdict != "insufficient_data"
     return Machine(
         name=name,
         verdict=file.verdict,
         sentence=file.sentence,
-        nominal=known(how_far.nominal),
+        nominal=how_far.nominal,
         calibrated=calibrated,
-        augmented=known(how_far.augmented),
+        augmented=how_far.augmented,
         noise_floor=(low, high),
         structural=max(0.0, calibrated - high) if judged else math.nan,
         effects=tuple(
             FleetEffect(
                 effect.id,
-                known(effect.probability),
-                {parameter: size.estimate() for parameter, size in effect.parameters.items()},
-                min(1.0, max(0.0, known(effect.share_of_shrinkage))),
+                effect.probability,
+                effect.parameters,
+                min(1.0, max(0.0, effect.share_of_shrinkage)),
             )
             for effect in which.effects
         ),
-        ambiguity_set=tuple(tuple(group) for group in which.ambiguity_set),
+        ambiguity_set=which.ambiguity_set,
         cannot_judge={effect.id: effect.why for effect in which.cannot_judge},
-        why=tuple(file.reasons),
+        why=file.reasons,
     )
 
 

@@ -10,8 +10,8 @@ import numpy as np
 import polars as pl
 
 from ..base.files import write_text
-from ..diagnosis.diagnosis_file import NEXT_EXPERIMENT, diagnosis_text
-from ..diagnosis.schema import Diagnosis, HeldOutRun
+from ..diagnosis.result import Diagnosis, HeldOutRun, diagnosis_text
+from ..diagnosis.schema import NEXT_EXPERIMENT
 from ..records import Record
 from ..records.writing import record_bytes
 from ..rigs import rig_text
@@ -46,8 +46,8 @@ def write_diagnosis(
     write_text(folder / "diagnosis.json", diagnosis_text(diagnosis, records, rig_file))
     write_text(folder / "simulation.csv", simulation_table(diagnosis.runs).write_csv())
     write_text(folder / "rig.augmented.toml", rig_text(diagnosis.augmented_rig))
-    if diagnosis.next_experiment is not None:
-        content = record_bytes(diagnosis.next_experiment.record, NEXT_EXPERIMENT)
+    if diagnosis.next_record is not None:
+        content = record_bytes(diagnosis.next_record, NEXT_EXPERIMENT)
         (folder / NEXT_EXPERIMENT).write_bytes(content)
     lines = [
         RecordLine(

@@ -7,7 +7,8 @@ from collections.abc import Iterator, Sequence
 
 from ..catalogue.channels import shown_channel
 from ..catalogue.keys import ParameterKey
-from ..diagnosis.schema import Candidate, Diagnosis, HowFar, Remark
+from ..diagnosis.result import Diagnosis
+from ..diagnosis.schema import Candidate, HowFar, Remark
 from ..rigs.table_words import table_words
 from .gap_words import (
     SIMULATIONS,
@@ -100,7 +101,7 @@ def _candidates(candidates: Sequence[Candidate]) -> TextTable:
             percent(candidate.held_out_shrinkage),
             nats_behind(candidate, best),
             "" if candidate.probability is None else percent(candidate.probability),
-            STANDINGS[candidate.standing.kind],
+            STANDINGS[candidate.standing],
         )
         for candidate in shown
     ]

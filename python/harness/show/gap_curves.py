@@ -8,7 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from ..base.arrays import FloatArray
-from ..diagnosis.schema import HeldOutRun
+from ..diagnosis.result import HeldOutRun
 from .plotting import kept_samples
 
 

@@ -7,7 +7,8 @@ import re
 
 from ..catalogue.keys import ParameterKey
 from ..catalogue.parameters import effects
-from ..diagnosis.schema import SUBSYSTEM_TAKES_PART, Diagnosis, Estimate, HowFar
+from ..diagnosis.result import Diagnosis
+from ..diagnosis.schema import SUBSYSTEM_TAKES_PART, Estimate, HowFar
 from ..rigs.table_words import table_words
 from .gap_words import chosen, effect_set, first_upper, interval, plain_name, unit_of, value_name
 from .named import named_effects

@@ -8,7 +8,8 @@ from collections.abc import Sequence
 
 from ..catalogue.keys import ParameterKey
 from ..catalogue.parameters import plant_parameters
-from ..diagnosis.schema import CalibratedValue, Diagnosis, Estimate, HowFar, SpanShare
+from ..diagnosis.result import Diagnosis
+from ..diagnosis.schema import Calibrated, Estimate, HowFar, Span
 from .gap_words import SIMULATIONS, interval, plain_name, quantity, unit_of, value_name
 from .page import Bar, Column, Mark, Scale, Table, Tagged, Timeline
 from .shares import percent, percent_ends
@@ -63,12 +64,12 @@ def value_table(diagnosis: Diagnosis, *, nuisances: bool) -> Table:
     return Table(
         "",
         ("value", known, "estimate", "90 % interval", ends),
-        [_value_row(name, value) for name, value in values],
+        [(*_value_row(name, value), mark(diagnosis.in_sigmas[name])) for name, value in values],
         [i for i, (_, value) in enumerate(values) if value.moved],
     )
 
 
-def _value_row(name: str, value: CalibratedValue) -> tuple[Tagged, str, str, str, Mark]:
+def _value_row(name: str, value: Calibrated) -> tuple[Tagged, str, str, str]:
     unit = unit_of(name)
     meaning = plant_parameters()[name].meaning if name in plant_parameters() else ""
     hint = f"{name}: {meaning}" if meaning else name
@@ -76,7 +77,6 @@ def _value_row(name: str, value: CalibratedValue) -> tuple[Tagged, str, str, str
         Tagged(value_name(name), "moved" if value.moved else "", hint),
         quantity(value.rig, unit),
         *interval(value.found, unit),
-        mark(value.in_sigmas),
     )
 
 
@@ -93,7 +93,7 @@ def _on_axis(sigmas: float) -> float | None:
     return _inside(50.0 + 50.0 * sigmas / AXIS_SIGMAS)
 
 
-def timelines(spans: Sequence[SpanShare]) -> list[Timeline]:
+def timelines(spans: Sequence[Span]) -> list[Timeline]:
     """Returns the shares of the gap over time, with one time axis for each record.
 
     The largest share of all records has the full height.

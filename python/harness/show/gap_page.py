@@ -7,7 +7,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from ..catalogue.channels import shown_channel
-from ..diagnosis.schema import Diagnosis, NextExperiment, Remark
+from ..diagnosis.result import Diagnosis
+from ..diagnosis.schema import Remark
 from ..records import Origin
 from .gap_brief import told_reasons, told_remarks
 from .gap_facts import change_of, diagnosis_facts
@@ -74,8 +75,8 @@ def render_diagnosis(diagnosis: Diagnosis, records: Sequence[RecordLine], rig_fi
     sections = [
         where_section(diagnosis),
         which_section(diagnosis),
-        missing_law_section(diagnosis.missing_laws),
-        _next(diagnosis.next_experiment, records, rig_file),
+        missing_law_section(diagnosis.missing_laws, diagnosis.law_forms),
+        _next(diagnosis, records, rig_file),
         _signals(diagnosis, kinds),
         _values(diagnosis),
         _limits(diagnosis),
@@ -169,17 +170,18 @@ def _signals(diagnosis: Diagnosis, kinds: Sequence[str]) -> Section:
     return Section("Measured and simulated", [text, *plots] if plots else [])
 
 
-def _next(coming: NextExperiment | None, records: Sequence[RecordLine], rig_file: str) -> Section:
+def _next(diagnosis: Diagnosis, records: Sequence[RecordLine], rig_file: str) -> Section:
     title = "The next experiment"
-    if coming is None:
+    coming, record = diagnosis.next_experiment, diagnosis.next_record
+    if coming is None or record is None:
         return Section(title, [])
-    fitted = [record.file for record in records if record.role != "held out"]
-    judged = [record.file for record in records if record.role == "held out"]
+    fitted = [one.file for one in records if one.role != "held out"]
+    judged = [one.file for one in records if one.role == "held out"]
     return Section(
         title,
         [
             experiment_words(coming.description, coming.separates, coming.power),
-            *next_plots(coming.record),
+            *next_plots(record),
             Items(
                 [
                     *experiment_steps(coming.sensors),

@@ -26,7 +26,7 @@ from bokeh.plotting import figure
 
 from ..base.arrays import FloatArray
 from ..catalogue.channels import shown_channel
-from ..diagnosis.schema import HeldOutRun
+from ..diagnosis.result import HeldOutRun
 from ..records import Record
 from .gap_curves import curves_of
 from .gap_words import SIMULATIONS, first_upper

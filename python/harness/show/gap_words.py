@@ -12,7 +12,7 @@ from ..catalogue.effect_names import effect_name
 from ..catalogue.keys import ParameterKey
 from ..catalogue.parameters import plant_parameters
 from ..catalogue.value_names import SHARE_OF, VALUE_NAMES
-from ..diagnosis.schema import Candidate, Estimate, StandingKind, Verdict
+from ..diagnosis.schema import Candidate, Estimate, Verdict
 from .shares import SPACE
 
 VERDICTS: MappingProxyType[Verdict, tuple[str, str]] = MappingProxyType(
@@ -51,7 +51,7 @@ VERDICTS: MappingProxyType[Verdict, tuple[str, str]] = MappingProxyType(
 )
 
 # What the decision made of a candidate.
-STANDINGS: MappingProxyType[StandingKind, str] = MappingProxyType(
+STANDINGS: MappingProxyType[str | None, str] = MappingProxyType(
     {
         "named": "named",
         "equivalent": "cannot be told apart",
@@ -115,13 +115,13 @@ def effect_set(effects: tuple[str, ...]) -> str:
 
 def chosen(candidates: Sequence[Candidate]) -> Candidate:
     """Returns the candidate that is named, or sufficient; the first one if none is."""
-    decided = (each for each in candidates if each.standing.kind in ("named", "sufficient"))
+    decided = (each for each in candidates if each.standing in ("named", "sufficient"))
     return next(decided, candidates[0])
 
 
 def candidate_notes(candidates: Sequence[Candidate]) -> str:
     """Returns what a reader needs in order to read a table with these candidates."""
-    kinds = {candidate.standing.kind for candidate in candidates}
+    kinds = {candidate.standing for candidate in candidates}
     named = (
         "fit without effects"
         if "sufficient" in kinds

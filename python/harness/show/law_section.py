@@ -14,9 +14,14 @@ from .page import Block, Card, Note, Plot, Section
 from .plotting import BLUE, VERMILION
 from .shares import percent
 
+Form = tuple[float, ...] | None  # values of a simple form at the knots of a law
 
-def missing_law_section(laws: tuple[MissingLaw, ...]) -> Section:
-    """Returns the section; it is empty where there is no law."""
+
+def missing_law_section(laws: tuple[MissingLaw, ...], forms: tuple[Form, ...]) -> Section:
+    """Returns the section; it is empty where there is no law.
+
+    laws, forms: as `missing_laws` and `law_forms` of the diagnosis.
+    """
     if not laws:
         return Section("The missing law", [])
     text = (
@@ -27,10 +32,10 @@ def missing_law_section(laws: tuple[MissingLaw, ...]) -> Section:
         "table, and ehsid simulate runs it."
     )
     title = "The missing law" if len(laws) == 1 else "The missing laws"
-    return Section(title, [text, *map(_card, laws)])
+    return Section(title, [text, *map(_card, laws, forms)])
 
 
-def _card(found: MissingLaw) -> Card:
+def _card(found: MissingLaw, form: Form) -> Card:
     law = found.law
     words = first_upper(table_words(law.adds_to, law.of))
     blocks: list[Block] = [
@@ -38,7 +43,7 @@ def _card(found: MissingLaw) -> Card:
             f"It {found.looks_like}. It has {percent(found.share_of_shrinkage)} of the shrinkage "
             "of the gap on held-out data."
         ),
-        Plot(_figure(found)),
+        Plot(_figure(found, form)),
     ]
     if found.rivals:
         others = ", or ".join(table_words(adds_to, of) for adds_to, of in found.rivals)
@@ -66,7 +71,7 @@ def _measure_next(found: MissingLaw) -> str:
     )
 
 
-def _figure(found: MissingLaw) -> figure:
+def _figure(found: MissingLaw, form: Form) -> figure:
     law = found.law
     (unit, scale), (x_unit, x_scale) = OF_TERM[law.adds_to], OF_VARIABLE[law.of]
     x = [x_scale * knot for knot in law.knots]
@@ -84,9 +89,9 @@ def _figure(found: MissingLaw) -> figure:
     line = made.line(x, [scale * value for value in law.values], color=BLUE, line_width=2.0)
     made.scatter(x, [scale * value for value in law.values], color=BLUE, size=5)
     shown = [("curve that explains the gap", [line]), ("90 %", [band])]
-    if found.form is not None:
+    if form is not None:
         simple = made.line(
-            x, [scale * value for value in found.form], color=VERMILION, line_dash="dashed"
+            x, [scale * value for value in form], color=VERMILION, line_dash="dashed"
         )
         shown.append(("simple form", [simple]))
     made.add_layout(

@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 
 from ..base.text import printable
 from ..catalogue.channels import shown_channel
-from ..diagnosis.schema import HeldOutRun
+from ..diagnosis.result import HeldOutRun
 from .gap_curves import curves_of
 from .gap_words import SIMULATIONS
 from .plotting import BLUE, GREEN, INK, VERMILION, stacked, styled

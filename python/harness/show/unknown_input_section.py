@@ -10,7 +10,7 @@ import numpy.typing as npt
 from bokeh.models import Whisker
 from bokeh.plotting import figure
 
-from ..diagnosis.schema import UnknownInput
+from ..diagnosis.result import UnknownInput
 from ..rigs.table_words import OF_TERM, OF_VARIABLE, TERM_WORDS, VARIABLE_WORDS
 from .gap_plots import quiet_axes
 from .gap_words import first_upper

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import re
 
-from ..diagnosis.schema import Diagnosis, Where
+from ..diagnosis.result import Diagnosis
 from ..rigs.table_words import TERM_WORDS
 from .gap_marks import share_bar, subsystem_bars, timelines
 from .gap_words import first_upper
@@ -53,11 +53,13 @@ def where_section(diagnosis: Diagnosis) -> Section:
         *below,
     ]
     if where.equations:
-        blocks.append(Folded("What each equation of the simulator lacks", _equations(where)))
+        blocks.append(Folded("What each equation of the simulator lacks", _equations(diagnosis)))
     return Section("Where the gap lies", [*blocks, *where.notes])
 
 
-def _equations(where: Where) -> list[Block]:
+def _equations(diagnosis: Diagnosis) -> list[Block]:
+    equations = diagnosis.where.equations
+    lacking = {found.adds_to for found in diagnosis.unknown_inputs}
     table = Table(
         "To one equation at a time, terms of free form were added and fitted through the simulator "
         "together with all values of the rig, without any effect of the catalogue. The gain is the "
@@ -70,13 +72,8 @@ def _equations(where: Where) -> list[Block]:
                 percent(row.share),
                 f"{row.gain:.0f}",
             )
-            for row in where.equations
+            for row in equations
         ],
-        [i for i, row in enumerate(where.equations) if row.unknown_input is not None],
+        [i for i, row in enumerate(equations) if row.equation in lacking],
     )
-    cards = [
-        unknown_input_card(row.unknown_input)
-        for row in where.equations
-        if row.unknown_input is not None
-    ]
-    return [table, *cards]
+    return [table, *map(unknown_input_card, diagnosis.unknown_inputs)]

@@ -7,7 +7,8 @@ from collections.abc import Sequence
 
 from ..catalogue.keys import ParameterKey
 from ..catalogue.parameters import effects
-from ..diagnosis.schema import Candidate, Diagnosis, FoundEffect
+from ..diagnosis.result import Diagnosis
+from ..diagnosis.schema import Candidate, Effect
 from .gap_marks import share_bar
 from .gap_words import (
     STANDINGS,
@@ -70,7 +71,7 @@ def which_section(diagnosis: Diagnosis) -> Section:
     return Section("Which effect", blocks)
 
 
-def _card(effect: FoundEffect, *, several: bool, shared: bool) -> Card:
+def _card(effect: Effect, *, several: bool, shared: bool) -> Card:
     info = effects()[effect.id]
     meanings = {parameter.name: parameter.meaning for parameter in info.parameters}
     notes = [
@@ -102,7 +103,7 @@ def _candidates(candidates: Sequence[Candidate], first: int, end: int | None) ->
             named_effects(
                 candidate.effects,
                 f"{rank}. ",
-                STANDINGS[candidate.standing.kind] if candidate.in_confidence_set else "",
+                STANDINGS[candidate.standing] if candidate.in_confidence_set else "",
             ),
             nats_behind(candidate, best),
             share_bar("", candidate.held_out_shrinkage),
@@ -122,5 +123,4 @@ def _candidates(candidates: Sequence[Candidate], first: int, end: int | None) ->
 
 
 def _decision(candidate: Candidate) -> str:
-    standing = candidate.standing
-    return ": ".join(filter(None, (STANDINGS[standing.kind], standing.why)))
+    return ": ".join(filter(None, (STANDINGS[candidate.standing], candidate.why)))

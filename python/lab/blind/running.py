@@ -9,7 +9,6 @@ from dataclasses import replace
 from pathlib import Path
 
 from ehsid.harness.base.files import is_incomplete
-from ehsid.harness.diagnosis.diagnosis_file import diagnosis_text
 from ehsid.harness.diagnosis.job import (
     DIAGNOSIS,
     ERROR,
@@ -22,7 +21,7 @@ from ehsid.harness.diagnosis.job import (
     run_job,
 )
 from ehsid.harness.diagnosis.options import DEFAULTS, DiagnosisOptions
-from ehsid.harness.diagnosis.schema import Diagnosis
+from ehsid.harness.diagnosis.result import Diagnosis, diagnosis_text
 from ehsid.harness.records import Record, read_record
 from ehsid.harness.rigs import read_rig, write_rig
 

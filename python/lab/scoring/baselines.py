@@ -14,11 +14,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ehsid.harness.catalogue.parameters import effects
+from ehsid.harness.diagnosis.schema import Candidate
 
 from ..blind.answers import Answer
 from .figures import Figure, share
 from .judging import Judgement, ScoredCase, group_by, judge
-from .reading import Candidate, Findings, NamedEffect
+from .reading import Findings, NamedEffect
 
 PERMUTATIONS = 10_000
 SEED = 6
@@ -90,9 +91,9 @@ def lowest_bic(samples: Mapping[str, float | None]) -> Method:
     def method(case: ScoredCase) -> Findings | None:
         n = samples.get(case.name)
 
-        def criterion(candidate: Candidate) -> float | None:
-            if n is None or candidate.fitted_cost is None or candidate.free is None:
-                return None
+        def criterion(candidate: Candidate) -> float:
+            if n is None or candidate.free is None:
+                return math.nan
             return candidate.fitted_cost + 0.5 * candidate.free * math.log(n)
 
         return _chosen(case, criterion)
@@ -108,11 +109,11 @@ def largest_gain(case: ScoredCase) -> Findings | None:
     return Findings("outside_catalogue", subsystem={subsystem: 1.0}, gap=case.findings.gap)
 
 
-def _chosen(case: ScoredCase, cost: Callable[[Candidate], float | None]) -> Findings | None:
+def _chosen(case: ScoredCase, cost: Callable[[Candidate], float]) -> Findings | None:
     costs = [
         (value, candidate.effects)
         for candidate in case.findings.candidates
-        if (value := cost(candidate)) is not None
+        if math.isfinite(value := cost(candidate))
     ]
     if not costs:
         return None

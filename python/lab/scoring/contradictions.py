@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import itertools
 import math
+from collections.abc import Sequence
 
 from ehsid.harness.catalogue.keys import ParameterKey
 from ehsid.harness.catalogue.parameters import effects
@@ -13,7 +14,7 @@ from ehsid.harness.diagnosis.decision.caveats import MUCH_REMOVED, WORSE_CALIBRA
 from ehsid.harness.diagnosis.decision.effect_selection import OPEN
 from ehsid.harness.diagnosis.decision.verdict import agrees_as_configured, is_gained
 from ehsid.harness.diagnosis.decision.words import in_words
-from ehsid.harness.diagnosis.diagnosis_file import Candidate, DiagnosisFile, known
+from ehsid.harness.diagnosis.schema import Candidate, DiagnosisFile
 from ehsid.harness.diagnosis.search.families import effect_families
 from ehsid.harness.diagnosis.search.quantised import QUANTISATION
 
@@ -36,7 +37,7 @@ def contradictions(file: DiagnosisFile) -> tuple[str, ...]:
     which = file.which
     named = frozenset(effect.id for effect in which.effects) - {QUANTISATION}
     sets = {frozenset(names) - {QUANTISATION} for names in which.ambiguity_set}
-    calibrated, nominal = known(file.how_far.calibrated), known(file.how_far.nominal)
+    calibrated, nominal = file.how_far.calibrated, file.how_far.nominal
     rules = {
         "exactly one set is named or sufficient, and it is the one of the verdict": [
             frozenset(each.effects) for each in candidates if each.standing in CHOSEN
@@ -57,7 +58,7 @@ def contradictions(file: DiagnosisFile) -> tuple[str, ...]:
         ),
         "a set that explains much is named or explained": bool(named)
         or all(
-            known(each.held_out_shrinkage) < MUCH_REMOVED or in_words(each.effects) in reasons
+            each.held_out_shrinkage < MUCH_REMOVED or in_words(each.effects) in reasons
             for each in candidates[:2]
             if each.effects
         ),
@@ -68,14 +69,14 @@ def contradictions(file: DiagnosisFile) -> tuple[str, ...]:
         ),
         "the share that is removed is that of the named set": _same_share(file, named),
         "a worse calibration is said": ("are worse than those of the rig file" in reasons)
-        == (calibrated > max(WORSE_CALIBRATED * nominal, known(file.how_far.noise_floor[1]))),
+        == (calibrated > max(WORSE_CALIBRATED * nominal, file.how_far.noise_floor[1])),
         "values that moved are said where the verdict rests on them": file.verdict != "parameters"
         or any(value.moved for value in file.calibration.values())
         or not _agrees(file),
         "no gap is told near the floor only, or where nothing makes it smaller": file.verdict
         != "no_gap"
         or _agrees(file)
-        or not is_gained(known(file.how_far.shrinkage_from_nominal.ci90[0])),
+        or not is_gained(file.how_far.shrinkage_from_nominal.ci90[0]),
         "a gap that stays above the floor is said": file.verdict == "outside_catalogue"
         or ("stays above the noise floor" in file.sentence) == _stays(file),
         "an open cause is said": file.verdict == "outside_catalogue"
@@ -106,15 +107,15 @@ def contradictions(file: DiagnosisFile) -> tuple[str, ...]:
 
 
 def _agrees(file: DiagnosisFile) -> bool:
-    return agrees_as_configured(known(file.how_far.nominal), known(file.how_far.noise_floor[1]))
+    return agrees_as_configured(file.how_far.nominal, file.how_far.noise_floor[1])
 
 
 def _stays(file: DiagnosisFile) -> bool:
-    stays = min(known(file.how_far.nominal), known(file.how_far.augmented))
-    return stays > NEAR_FLOOR * known(file.how_far.noise_floor[1])
+    stays = min(file.how_far.nominal, file.how_far.augmented)
+    return stays > NEAR_FLOOR * file.how_far.noise_floor[1]
 
 
-def _is_open(candidates: list[Candidate]) -> bool:
+def _is_open(candidates: Sequence[Candidate]) -> bool:
     """Whether the sets that were given are not probable enough, all laws of a family together."""
     given = {effect_families(each.effects) for each in candidates if each.in_confidence_set}
     return (
@@ -127,8 +128,8 @@ def _is_open(candidates: list[Candidate]) -> bool:
     )
 
 
-def _ordered(candidates: list[Candidate]) -> bool:
-    scores = [known(each.score) for each in candidates]
+def _ordered(candidates: Sequence[Candidate]) -> bool:
+    scores = [each.score for each in candidates]
     return scores[0] == 0.0 and all(
         # The held-out costs decide the order; scores are rounded differently.
         later >= earlier - 1e-6 * max(1.0, abs(earlier))
@@ -137,15 +138,13 @@ def _ordered(candidates: list[Candidate]) -> bool:
 
 
 def _same_share(file: DiagnosisFile, named: frozenset[str]) -> bool:
-    stated = file.how_far.shrinkage_of_explainable.value
+    stated = file.how_far.of_explainable
     # Missing laws remove more than the named set does.
     if not named or stated is None or file.which.missing_law:
         return True
-    shares = [
-        known(each.held_out_shrinkage) for each in file.which.candidates if each.standing == "named"
-    ]
+    shares = [each.held_out_shrinkage for each in file.which.candidates if each.standing == "named"]
     return (
         len(shares) == 1
-        and math.isclose(shares[0], stated, rel_tol=1e-6, abs_tol=1e-6)
-        and stated <= 1.0 + 1e-9
+        and math.isclose(shares[0], stated.value, rel_tol=1e-6, abs_tol=1e-6)
+        and stated.value <= 1.0 + 1e-9
     )

@@ -9,14 +9,13 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from ehsid.harness.diagnosis.diagnosis_file import (
+from ehsid.harness.diagnosis.schema import (
+    Candidate,
     DiagnosisFile,
+    Estimate,
     HowFar,
-    Value,
-    known,
     read_diagnosis_file,
 )
-from ehsid.harness.diagnosis.schema import Estimate
 
 from .contradictions import contradictions
 
@@ -31,24 +30,6 @@ class NamedEffect:
     id: str
     probability: float
     sizes: Mapping[str, Estimate] = field(default_factory=dict)
-
-
-@dataclass(frozen=True)
-class Candidate:
-    """A set in `which.candidates`; score and costs in nats, None where the file lacks a cost.
-
-    `left` and `small` are those of `decision.posterior.Hypothesis`, `probability` that of the set;
-    None where the decision did not weigh the set.
-    """
-
-    effects: tuple[str, ...]
-    score: float
-    fitted_cost: float | None = None
-    held_out_cost: float | None = None
-    free: int | None = None
-    left: float | None = None
-    small: float | None = None
-    probability: float | None = None
 
 
 @dataclass(frozen=True)
@@ -112,52 +93,37 @@ def _findings(file: DiagnosisFile) -> Findings:
         named=tuple(
             NamedEffect(
                 effect.id,
-                known(effect.probability),
-                {name: size.estimate() for name, size in effect.parameters.items()},
+                effect.probability,
+                effect.parameters,
             )
             for effect in which.effects
         ),
-        sets=tuple(map(tuple, which.ambiguity_set)),
-        candidates=tuple(
-            Candidate(
-                tuple(candidate.effects),
-                known(candidate.score),
-                candidate.fitted_cost,
-                candidate.held_out_cost,
-                candidate.free,
-                candidate.left,
-                candidate.small,
-                candidate.probability,
-            )
-            for candidate in which.candidates
-        ),
+        sets=which.ambiguity_set,
+        candidates=which.candidates,
         cannot_judge=frozenset(effect.id for effect in which.cannot_judge),
         subsystem=file.where.subsystem,
         equations=tuple(
             (equation.subsystem, equation.gain)
             for equation in file.where.equations
-            if equation.gain is not None
+            if math.isfinite(equation.gain)
         ),
-        calibration={
-            name: Value(value.found, value.ci90).estimate()
-            for name, value in file.calibration.items()
-        },
+        calibration={name: value.found for name, value in file.calibration.items()},
         moved=any(value.moved for value in file.calibration.values()),
         gap=_gap(how_far),
-        of_explainable=_finite(how_far.shrinkage_of_explainable),
-        from_nominal=_finite(how_far.shrinkage_from_nominal),
-        seconds=known(file.provenance.seconds),
+        of_explainable=how_far.of_explainable,
+        from_nominal=_finite(how_far.from_nominal),
+        seconds=file.provenance.seconds,
         settings=file.provenance.settings,
         contradictions=contradictions(file),
     )
 
 
-def _finite(value: Value) -> Estimate | None:
-    return None if value.value is None else value.estimate()
+def _finite(value: Estimate) -> Estimate | None:
+    return value if math.isfinite(value.value) else None
 
 
 def _gap(how_far: HowFar) -> float | None:
-    ends = [end for end in how_far.noise_floor if end]
-    if how_far.calibrated is None or not ends:
+    ends = [end for end in how_far.noise_floor if end > 0.0]
+    if math.isnan(how_far.calibrated) or not ends:
         return None
     return how_far.calibrated * len(ends) / sum(ends)

@@ -3,12 +3,15 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 
+from ehsid.harness.diagnosis.schema import Candidate
+
 from .figures import Figure, quantile
 from .judging import GAP_SIZES, ScoredCase
-from .reading import Candidate, Findings
+from .reading import Findings
 
 # Two fits that differ by less cannot be told apart by a record. The difference means odds of 150 to
 # 1 if only half of the windows are as independent as is assumed.
@@ -87,9 +90,8 @@ def behind_truth(findings: Findings, truth: Collection[str]) -> float | None:
     true = _candidate(findings, truth)
     if winner is None or true is None:
         return None
-    if winner.held_out_cost is not None and true.held_out_cost is not None:
-        return winner.held_out_cost - true.held_out_cost
-    return winner.score - true.score
+    behind = winner.held_out_cost - true.held_out_cost
+    return winner.score - true.score if math.isnan(behind) else behind
 
 
 def wrong_cases(cases: Sequence[ScoredCase]) -> tuple[WrongCase, ...]:

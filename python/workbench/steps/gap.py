@@ -9,7 +9,7 @@ import msgspec
 import panel as pn
 
 from ehsid.harness.base.encoding import from_json
-from ehsid.harness.diagnosis.diagnosis_file import RESULT_FILES
+from ehsid.harness.diagnosis.schema import RESULT_FILES
 
 from .. import look
 from ..flow import standings

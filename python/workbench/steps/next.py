@@ -7,7 +7,7 @@ from typing import Any
 
 import panel as pn
 
-from ehsid.harness.diagnosis.diagnosis_file import DiagnosisFile, read_diagnosis_file
+from ehsid.harness.diagnosis.schema import DiagnosisFile, read_diagnosis_file
 from ehsid.harness.show.next_words import what_now
 
 from .. import look

@@ -8,7 +8,7 @@ from pathlib import Path
 from bokeh.models import Column
 
 from ehsid.harness.catalogue.channels import CHANNELS, COMMAND, POSITION
-from ehsid.harness.diagnosis.diagnosis_file import NEXT_EXPERIMENT, NextExperiment
+from ehsid.harness.diagnosis.schema import NEXT_EXPERIMENT, NextExperiment
 from ehsid.harness.records import read_record
 from ehsid.harness.show.next_words import again_command, experiment_steps, experiment_words
 

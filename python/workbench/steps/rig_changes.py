@@ -6,7 +6,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from ehsid.harness.catalogue.keys import ParameterKey
-from ehsid.harness.diagnosis.diagnosis_file import DiagnosisFile
+from ehsid.harness.diagnosis.schema import DiagnosisFile
 from ehsid.harness.rigs import Rig, read_rig
 from ehsid.harness.rigs.changes import Change, changes
 from ehsid.harness.rigs.table_words import table_words

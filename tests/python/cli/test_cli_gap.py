@@ -18,7 +18,8 @@ from ehsid.harness.cli import cli
 from ehsid.harness.cli.many_values import repeated
 from ehsid.harness.diagnosis.data.gate import how_read
 from ehsid.harness.diagnosis.options import DiagnosisOptions
-from ehsid.harness.diagnosis.schema import Diagnosis, Remark
+from ehsid.harness.diagnosis.result import Diagnosis
+from ehsid.harness.diagnosis.schema import Remark
 from ehsid.harness.records import write_record
 from ehsid.harness.rigs import write_rig
 

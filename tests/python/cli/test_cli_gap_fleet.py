@@ -17,7 +17,7 @@ from typer.testing import CliRunner
 
 from ehsid.harness.cli import cli
 from ehsid.harness.cli.gap_fleet import read_machine
-from ehsid.harness.diagnosis.schema import Diagnosis
+from ehsid.harness.diagnosis.result import Diagnosis
 from ehsid.harness.records import Hints, write_record
 from ehsid.harness.rigs import write_rig
 

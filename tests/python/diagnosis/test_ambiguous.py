@@ -70,9 +70,9 @@ def test_delay_and_lag_are_a_set_until_the_next_experiment(
     assert diagnosis.verdict == "ambiguous", diagnosis.sentence
     named = {effect for effects in diagnosis.ambiguity_set for effect in effects}
     assert {"transport_delay", "valve_lag"} <= named
-    assert diagnosis.next_experiment is not None
+    assert diagnosis.next_record is not None
     # The operator runs the experiment; the new record is diagnosed together with the others.
-    command = diagnosis.next_experiment.record.column("command_v")
+    command = diagnosis.next_record.column("command_v")
     second = diagnose([*fitted, run(values, command, 3)], RIG)
     assert second.verdict == "effects", second.sentence
     assert [effect.id for effect in second.effects] == [truth]

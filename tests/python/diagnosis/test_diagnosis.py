@@ -18,7 +18,8 @@ from ehsid.harness.base.parallel import workers
 from ehsid.harness.diagnosis import Diagnosis, diagnose
 from ehsid.harness.diagnosis import diagnosis as diagnosis_module
 from ehsid.harness.diagnosis.deciding import FIT_TOGETHER, WORSE_HELD_OUT
-from ehsid.harness.diagnosis.schema import SUBSYSTEMS, Interim, Stage
+from ehsid.harness.diagnosis.result import Interim, Stage
+from ehsid.harness.diagnosis.schema import SUBSYSTEMS
 from ehsid.harness.records import make_record
 from ehsid.harness.rigs import Rig
 

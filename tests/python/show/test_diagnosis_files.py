@@ -9,13 +9,14 @@ import msgspec
 import numpy as np
 import pytest
 from made_diagnoses import VERDICTS, made_diagnosis, measured_record
+from msgspec.structs import replace as replace_part
 from published_schemas import check_file
 from typer.testing import CliRunner
 
 import ehsid
 from ehsid.harness.cli import cli
-from ehsid.harness.diagnosis.diagnosis_file import diagnosis_text, read_diagnosis_file
-from ehsid.harness.diagnosis.schema import SUBSYSTEMS, Diagnosis
+from ehsid.harness.diagnosis.result import Diagnosis, diagnosis_text
+from ehsid.harness.diagnosis.schema import SUBSYSTEMS, read_diagnosis_file
 from ehsid.harness.records import Record, read_record
 from ehsid.harness.rigs import read_rig
 from ehsid.harness.show.diagnosis_files import simulation_table, write_diagnosis
@@ -272,7 +273,7 @@ def test_next_experiment_drives_the_augmented_rig(tmp_path: Path) -> None:
 def test_what_was_not_weighed_has_no_probability(tmp_path: Path) -> None:
     diagnosis = made_diagnosis("effects")
     first, *others = diagnosis.candidates
-    screened = replace(first, left=None, small=None, probability=None)
+    screened = replace_part(first, left=None, small=None, probability=None)
     unweighed = replace(diagnosis, candidates=(screened, *others), outside_probability=None)
     which = written(unweighed, tmp_path)["which"]
     assert which["outside_probability"] is None

@@ -8,9 +8,11 @@ from dataclasses import replace
 
 import numpy as np
 from made_diagnoses import bench, made_diagnosis
+from msgspec.structs import replace as replace_part
 
 from ehsid.harness.diagnosis import diagnose
-from ehsid.harness.diagnosis.schema import Candidate, Diagnosis, Remark, Standing, StandingKind
+from ehsid.harness.diagnosis.result import Diagnosis
+from ehsid.harness.diagnosis.schema import Candidate, Remark
 from ehsid.harness.records import make_record
 from ehsid.harness.show.gap_brief import brief_tables, told_reasons, told_remarks
 from ehsid.harness.show.gap_page import render_diagnosis
@@ -19,7 +21,7 @@ from ehsid.harness.show.shares import percent
 from ehsid.harness.show.text_table import TextTable
 from ehsid.harness.show.which_section import which_section
 
-RANKED: tuple[tuple[str, float, StandingKind], ...] = (
+RANKED: tuple[tuple[str, float, str], ...] = (
     ("stribeck_friction", 0.0, "too_small"),
     ("load_spring", 1.0, "too_small"),
     ("load_force", 2.0, "worse"),
@@ -29,11 +31,11 @@ RANKED: tuple[tuple[str, float, StandingKind], ...] = (
 )
 
 
-def diagnosed(ranked: Sequence[tuple[str, float, StandingKind]]) -> Diagnosis:
+def diagnosed(ranked: Sequence[tuple[str, float, str]]) -> Diagnosis:
     diagnosis = made_diagnosis("effects")
     first = diagnosis.candidates[0]
     candidates: list[Candidate] = [
-        replace(first, effects=(effect,), score=score, standing=Standing(kind, ""))
+        replace_part(first, effects=(effect,), score=score, standing=kind, why="")
         for effect, score, kind in ranked
     ]
     return replace(diagnosis, candidates=tuple(candidates))

@@ -8,8 +8,10 @@ from typing import Any
 import numpy as np
 import pytest
 from made_diagnoses import VERDICTS, made_diagnosis
+from msgspec.structs import replace as replace_part
 
-from ehsid.harness.diagnosis.schema import Estimate, HeldOutRun, Remark
+from ehsid.harness.diagnosis.result import HeldOutRun
+from ehsid.harness.diagnosis.schema import Estimate, Remark, Value
 from ehsid.harness.records import Origin, Taken
 from ehsid.harness.show.gap_facts import diagnosis_facts
 from ehsid.harness.show.gap_marks import gap_bars, share_bar, timelines, value_table
@@ -170,7 +172,7 @@ def test_a_gap_that_became_larger_is_called_larger() -> None:
     assert diagnosis.how_far is not None
     for value, word in ((0.11, "smaller"), (-0.11, "larger")):
         change = Estimate(value, value - 0.05, value + 0.05)
-        gap = replace(diagnosis.how_far, from_nominal=change)
+        gap = replace_part(diagnosis.how_far, shrinkage_from_nominal=Value.of(change))
         _, text = read(render_diagnosis(replace(diagnosis, how_far=gap), RECORDS, "bench.toml"))
         assert f"11 % {word} than the gap of the simulator as configured" in text
         assert "interval: 6 to 16" in text
@@ -254,7 +256,7 @@ def test_time_is_one_axis_for_each_record() -> None:
     assert line.columns[0].left == 0.0
     assert line.columns[-1].left + line.columns[-1].width == pytest.approx(100.0)
     assert max(column.height for column in line.columns) == 100.0
-    both = [*spans, *(replace(span, record="other") for span in spans)]
+    both = [*spans, *(replace_part(span, record="other") for span in spans)]
     assert [line.record for line in timelines(both)] == ["held_out", "other"]
 
 

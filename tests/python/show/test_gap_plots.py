@@ -4,7 +4,7 @@ from dataclasses import replace
 import numpy as np
 from made_diagnoses import made_diagnosis
 
-from ehsid.harness.diagnosis.schema import HeldOutRun
+from ehsid.harness.diagnosis.result import HeldOutRun
 from ehsid.harness.show.gap_curves import curves_of
 from ehsid.harness.show.gap_plots import SIMULATED, next_plots, run_blocks
 from ehsid.harness.show.page import Heading, Page, Plot, Section, render_page
@@ -56,5 +56,5 @@ def test_each_output_of_each_record_has_its_plots() -> None:
 def test_a_page_without_plots_needs_no_library() -> None:
     assert run_blocks([]) == []
     assert "bokeh" not in render_page(Page("Title", ["lead"], []))
-    plots = next_plots(made_diagnosis("ambiguous").next_experiment.record)
+    plots = next_plots(made_diagnosis("ambiguous").next_record)
     assert "bokeh" in render_page(Page("Title", ["lead"], [Section("Next", plots)]))

@@ -3,17 +3,16 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import pytest
 from made_diagnoses import missing_law
+from msgspec.structs import replace
 
 from ehsid.harness.show.law_section import missing_law_section
 from ehsid.harness.show.page import Card, Note, Plot
 
 
 def card(rivals: tuple[tuple[str, str], ...]) -> Card:
-    section = missing_law_section((replace(missing_law(), rivals=rivals),))
+    section = missing_law_section((replace(missing_law(), rivals=rivals),), (None,))
     (found,) = (block for block in section.blocks if isinstance(block, Card))
     return found
 
@@ -48,4 +47,4 @@ def test_rivals_come_with_the_motion_that_separates_them(
 
 
 def test_without_a_law_there_is_no_section() -> None:
-    assert missing_law_section(()).blocks == []
+    assert missing_law_section((), ()).blocks == []

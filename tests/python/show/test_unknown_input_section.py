@@ -6,7 +6,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from ehsid.harness.diagnosis.schema import UnknownInput
+from ehsid.harness.diagnosis.result import UnknownInput
 from ehsid.harness.show.page import Beside, Note
 from ehsid.harness.show.unknown_input_section import (
     FURTHER,

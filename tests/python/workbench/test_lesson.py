@@ -10,7 +10,7 @@ import pytest
 from app_diagnosed import diagnosed_session
 from app_sessions import BENCH
 
-from ehsid.harness.diagnosis.diagnosis_file import read_diagnosis_file
+from ehsid.harness.diagnosis.schema import read_diagnosis_file
 from ehsid.harness.rigs import Rig, read_rig
 from ehsid.workbench import lesson as lessons_module
 from ehsid.workbench.flow import standings

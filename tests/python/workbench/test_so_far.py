@@ -8,8 +8,10 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+from msgspec.structs import replace as replace_part
 
-from ehsid.harness.diagnosis.schema import Estimate, HeldOutRun, HowFar, Interim
+from ehsid.harness.diagnosis.result import HeldOutRun, Interim
+from ehsid.harness.diagnosis.schema import HowFar, Value
 from ehsid.workbench.downsampling import opened
 from ehsid.workbench.so_far import ERROR, FILE, FOLDER, forget, keep, key, latest
 
@@ -24,7 +26,7 @@ RUN = HeldOutRun(
     {"position_m": np.array([9.0, 2.5, 3.5, 4.5])},
     {"position_m": np.array([9.0, 2.1, 3.1, 4.1])},
 )
-FAR = HowFar(0.5, 0.2, 0.1, (0.01, 0.02), None, Estimate(0.8, 0.7, 0.9), {})
+FAR = HowFar(0.5, 0.2, 0.1, (0.01, 0.02), Value.of(None), Value(0.8, (0.7, 0.9)), {})
 INTERIM = Interim(
     "together", (RUN,), FAR, ("load_spring",), tuple(((str(i),), 0.1 * i) for i in range(1, 9))
 )
@@ -63,7 +65,7 @@ def test_the_last_stage_that_is_whole_counts(tmp_path: Path) -> None:
 
 
 def test_a_simulation_that_diverges_has_no_gap(tmp_path: Path) -> None:
-    keep(tmp_path, replace(INTERIM, how_far=replace(FAR, nominal=math.inf)), [])
+    keep(tmp_path, replace(INTERIM, how_far=replace_part(FAR, nominal=math.inf)), [])
     found = latest(tmp_path)
     assert found is not None
     assert found[1].nominal is None

@@ -10,11 +10,11 @@ quantile regression, NeurIPS 2019); `ehsid gap-calibrate` computes them.
 
 from __future__ import annotations
 
-from dataclasses import replace
+from msgspec.structs import replace
 
 from ...catalogue.keys import ParameterKey
 from ..model.parameters import Parameter
-from ..schema import Estimate, HowFar
+from ..schema import Estimate, HowFar, Value
 
 # Distances by which intervals of 90 % had to be wider to hold on 1,000 generated machines, at the
 # low and the high end, with pressures (True) and with the position alone (False); see
@@ -44,14 +44,16 @@ def size_between_machines(estimate: Estimate, parameter: Parameter, pressures: b
 
 def reduction_between_machines(reduction: HowFar, pressures: bool) -> HowFar:
     """Returns the reduction of the gap by effects, with intervals for other motions."""
-    of_explainable = reduction.of_explainable
-    if of_explainable is not None:
-        of_explainable = _further(of_explainable, SHRINKAGE_FURTHER[pressures])
-    from_nominal = _further(reduction.from_nominal, SHRINKAGE_FURTHER_FROM_NOMINAL[pressures])
-    return replace(reduction, of_explainable=of_explainable, from_nominal=from_nominal)
+    of_explainable = _further(reduction.shrinkage_of_explainable, SHRINKAGE_FURTHER[pressures])
+    from_nominal = _further(
+        reduction.shrinkage_from_nominal, SHRINKAGE_FURTHER_FROM_NOMINAL[pressures]
+    )
+    return replace(
+        reduction, shrinkage_of_explainable=of_explainable, shrinkage_from_nominal=from_nominal
+    )
 
 
-def _further(share: Estimate, distances: tuple[float, float]) -> Estimate:
+def _further(share: Value, distances: tuple[float, float]) -> Value:
     """Moves the ends of a share outwards; no more than the whole gap can vanish."""
-    low, high = distances
-    return Estimate(share.value, share.low - low, max(share.high, min(share.high + high, 1.0)))
+    low, high = share.ci90
+    return Value(share.value, (low - distances[0], max(high, min(high + distances[1], 1.0))))

@@ -188,8 +188,11 @@ def posterior(
     lefts = [left(case, candidate) for candidate in candidates]
     smalls = [
         sum(
-            max(0.0, 1.0 - margin(effect, candidate.values, case.rig))
-            for effect in candidate.effects
+            (
+                max(0.0, 1.0 - margin(effect, candidate.values, case.rig))
+                for effect in candidate.effects
+            ),
+            start=0.0,
         )
         for candidate in candidates
     ]

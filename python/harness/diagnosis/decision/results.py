@@ -5,9 +5,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 
 import numpy as np
+from msgspec.structs import replace
 
 from ...base.arrays import FloatArray
 from ...catalogue.keys import ParameterKey, sizes_of
@@ -15,7 +15,8 @@ from ..deciding import MOVED_FIT, MOVED_PRIOR
 from ..model.case import Case
 from ..model.comparison import Compared
 from ..model.parameters import Parameter
-from ..schema import CalibratedValue, Candidate, Estimate, FoundEffect, HeldOutRun, HowFar
+from ..result import HeldOutRun
+from ..schema import Calibrated, Candidate, Effect, Estimate, HowFar, Value
 from ..search.candidates import FittedCandidate, decision_case
 from ..search.gap_reduction import explained_share, gap_reduction, window_sums
 from ..search.intervals import candidate_deviations, in_deviations, interval
@@ -136,17 +137,17 @@ def estimates(
 
 def calibration_of(
     case: Case, estimated: Mapping[str, Estimate], moved: Mapping[str, bool]
-) -> dict[str, CalibratedValue]:
+) -> dict[str, Calibrated]:
     """Returns the calibrated values of the rig and the nuisances.
 
     A nuisance has no value in the rig file, so that it never counts as moved.
     """
     return {
-        parameter.name: CalibratedValue(
+        parameter.name: Calibrated(
             parameter.value(parameter.centre),
-            estimated[parameter.name],
+            estimated[parameter.name].value,
+            estimated[parameter.name].ci90,
             moved[parameter.name] and not ParameterKey(parameter.name).is_nuisance,
-            in_sigmas(parameter, estimated[parameter.name]),
         )
         for parameter in case.parameters()
     }
@@ -172,7 +173,7 @@ def selected_effects(
     selection: Selection,
     values: Mapping[str, Estimate],
     of_all: float = 1.0,
-) -> tuple[FoundEffect, ...]:
+) -> tuple[Effect, ...]:
     """Returns the effects of the best set, most probable first, with shares of the held-out gain.
 
     Effects whose probabilities agree to a hundredth keep the order in which they were found.
@@ -197,10 +198,10 @@ def selected_effects(
     for effect in best.effects:
         parameters = sizes_of(effect, values)
         effects.append(
-            FoundEffect(
+            Effect(
                 effect,
                 selection.posterior.of_effect(effect),
-                parameters,
+                {name: Value.of(size) for name, size in parameters.items()},
                 of_all * gains[effect] / total,
             )
         )
@@ -218,6 +219,7 @@ def ranked_candidates(
     for candidate in fitted:
         keys = {ParameterKey(name): value for name, value in candidate.values.items()}
         hypothesis = selection.hypothesis(candidate)
+        found = standing(case, search_result, selection, candidate)
         own_values = {key: value for key, value in keys.items() if key.effect in candidate.effects}
         candidates.append(
             Candidate(
@@ -230,7 +232,8 @@ def ranked_candidates(
                 candidate.cost,
                 candidate.held_out_cost,
                 candidate.x.size,
-                standing(case, search_result, selection, candidate),
+                found.kind,
+                found.why,
                 *(
                     (hypothesis.left, hypothesis.small, hypothesis.probability)
                     if hypothesis is not None

@@ -5,19 +5,35 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Literal
 
 from ...catalogue.keys import ParameterKey
 from ...catalogue.parameters import effects
 from ...catalogue.value_names import VALUE_NAMES
 from ...rigs import Rig
 from ..model.case import Case
-from ..schema import Standing
 from ..search.candidates import FittedCandidate
 from ..search.likelihood_gain import likelihood_gain
 from ..search.search import SearchResult
 from ..search.sizes import matters, simpler_part, too_large
 from .effect_selection import Selection
 from .words import chance, in_words
+
+StandingKind = Literal[
+    "named", "equivalent", "sufficient", "not_needed", "too_small", "worse", "screened"
+]
+
+
+@dataclass(frozen=True)
+class Standing:
+    """What the decision made of a candidate, as `schema.Candidate` has it.
+
+    `why` is the condition that decided, as a clause; empty where `kind` says all.
+    """
+
+    kind: StandingKind
+    why: str
 
 
 def standing(

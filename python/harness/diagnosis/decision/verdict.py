@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 from ..deciding import LEAST_GAIN, NEAR_FLOOR, NEAR_GAP, VALUES
 from ..model.case import Case
-from ..schema import CalibratedValue, CannotJudge, Estimate, HowFar, Verdict
+from ..schema import Calibrated, CannotJudge, Estimate, HowFar, Verdict
 from ..search.bounds import AtBound, values_at_bounds
 from ..search.candidates import FittedCandidate
 from ..search.search import SearchResult
@@ -32,7 +32,7 @@ def decide(
     search_result: SearchResult,
     selection: Selection,
     reduction: HowFar,
-    calibration: Mapping[str, CalibratedValue],
+    calibration: Mapping[str, Calibrated],
     hardly_shown: Sequence[CannotJudge],
     nuisance_fit: FittedCandidate | None = None,
     step: Estimate | None = None,
@@ -213,7 +213,7 @@ def _why_outside(selection: Selection, missing: str) -> str:
 
 
 def _parameters_sentence(
-    calibration: Mapping[str, CalibratedValue],
+    calibration: Mapping[str, Calibrated],
     moved: Sequence[str],
     at_bounds: Sequence[AtBound],
     selection: Selection,

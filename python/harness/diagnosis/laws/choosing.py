@@ -56,8 +56,8 @@ class LawsFound:
     ----------
     candidate
         the fit with these effects and laws.
-    laws
-        the laws for the reader.
+    laws, forms
+        the laws for the reader, and of each its simple form as in `result.Diagnosis.law_forms`.
     of_effects
         share of the effects in the shrinkage of the held-out gap, 0 to 1; the laws have the rest.
     evidence
@@ -68,6 +68,7 @@ class LawsFound:
 
     candidate: FittedCandidate
     laws: tuple[MissingLaw, ...]
+    forms: tuple[tuple[float, ...] | None, ...]
     of_effects: float
     evidence: float
     held: Mapping[str, float]
@@ -123,7 +124,7 @@ def missing_laws(
         return None
     here = visited(fine, candidate)
     tables = candidate.tables()
-    laws = []
+    laws, forms = [], []
     for law, deviations, share, others in zip(
         candidate.laws, _deviations(fine, candidate), shares[1:], chain.rivals, strict=True
     ):
@@ -131,9 +132,22 @@ def missing_laws(
         table = tables[law.name]
         told = describe(table, weights)
         band = _band(np.array(table.values), deviations, np.array(weights))
-        laws.append(MissingLaw(table, band, weights, share, told.words, others, told.form))
+        laws.append(
+            MissingLaw(
+                adds_to=table.adds_to,
+                of=table.of,
+                knots=table.knots,
+                values=table.values,
+                band=band,
+                share_of_shrinkage=share,
+                looks_like=told.words,
+                visited=weights,
+                rivals=others,
+            )
+        )
+        forms.append(told.form)
     evidence = EVIDENCE * (_penalised(fine, calibrated) - _penalised(fine, candidate))
-    return LawsFound(candidate, tuple(laws), shares[0], evidence, held)
+    return LawsFound(candidate, tuple(laws), tuple(forms), shares[0], evidence, held)
 
 
 @dataclass(frozen=True, eq=False)

@@ -6,11 +6,14 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 
+from msgspec.structs import replace
+
 from ...base.parallel import Progress, part_of
 from ..model.case import Case
-from ..schema import SUBSYSTEM_TAKES_PART, EquationShare
+from ..result import UnknownInput
+from ..schema import SUBSYSTEM_TAKES_PART, Equation
 from ..search.candidates import FittedCandidate
-from .equation_terms import SUBSYSTEM, EquationTerms, equation_terms
+from .equation_terms import SUBSYSTEM, equation_terms
 from .unknown_inputs import unknown_input
 
 # Gain, nats, below which no equation lacks anything that the records show.
@@ -25,21 +28,27 @@ TERMS = 0.9
 
 def equation_shares(
     case: Case, calibrated: FittedCandidate, progress: Progress | None = None
-) -> tuple[EquationShare, ...]:
-    """Returns the equations, largest share first; none where no term explains anything.
+) -> tuple[tuple[Equation, ...], tuple[UnknownInput, ...]]:
+    """Returns the equations and what those with a large share lack over the time.
+
+    The largest share is first; there are none where no term explains anything.
 
     A part of the machine counts by the largest gain of its equations, so that one with two
     equations is not preferred.
     """
     terms = equation_terms(case, calibrated, part_of(progress, 0.0, TERMS))
     shares = shares_of({each.equation: each.gain for each in terms})
-    rows = [_row(each, shares[each.equation]) for each in terms if each.equation in shares]
-    return tuple(sorted(rows, key=lambda row: -row.share))
-
-
-def _row(terms: EquationTerms, share: float) -> EquationShare:
-    lacks = unknown_input(terms) if share >= SUBSYSTEM_TAKES_PART else None
-    return EquationShare(terms.equation, SUBSYSTEM[terms.equation], share, terms.gain, lacks)
+    rows, lacking = [], []
+    for each in sorted(terms, key=lambda each: -shares.get(each.equation, 0.0)):
+        if each.equation not in shares:
+            continue
+        row = Equation(each.equation, SUBSYSTEM[each.equation], shares[each.equation], each.gain)
+        if row.share >= SUBSYSTEM_TAKES_PART:
+            lacks = unknown_input(each)
+            lacking.append(lacks)
+            row = replace(row, of=lacks.of, explained=lacks.explained)
+        rows.append(row)
+    return tuple(rows), tuple(lacking)
 
 
 def shares_of(gains: Mapping[str, float]) -> dict[str, float]:

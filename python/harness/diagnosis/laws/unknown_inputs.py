@@ -22,7 +22,7 @@ from ..model.law import Law
 from ..model.problem import Problem
 from ..model.smoothing import Part, ornstein_uhlenbeck, smooth
 from ..model.spectrum import BANDS
-from ..schema import UnknownInput
+from ..result import UnknownInput
 from .equation_terms import LINEAR, TABLES, EquationTerms
 from .menu import KNOTS, KNOTS_OF_TIME, knots
 from .trajectory import trajectories

@@ -25,7 +25,7 @@ from ..data.floor import NoiseFloor
 from ..data.sensor_floor import DESIGN_PRESSURE_NOISE
 from ..model.fit import ITERATIONS
 from ..model.separation import CandidateModel, Separation, separations
-from ..schema import NextExperiment
+from ..schema import NEXT_EXPERIMENT, NextExperiment
 from .menu import MENU, Experiment, simulate_experiment
 
 # Iterations of a fit on each entry of the menu. The best entries are then fitted as in the
@@ -69,7 +69,7 @@ def next_experiment(
     command_limit_v: float | None = None,
     span_m: tuple[float, float] | None = None,
     progress: Progress | None = None,
-) -> NextExperiment | None:
+) -> tuple[NextExperiment, Record] | None:
     """Designs a record that separates the best candidate from all others.
 
     The design is the excitation of the menu, inside the limits of stroke, command and pressure,
@@ -99,8 +99,8 @@ def next_experiment(
 
     Returns
     -------
-    The experiment; None if there are fewer than two candidates, a limit is not known, or no entry
-    of the menu stays inside the limits.
+    The experiment, and its record as `result.Diagnosis.next_record`; None if there are fewer than
+    two candidates, a limit is not known, or no entry of the menu stays inside the limits.
     """
     if len(candidates) < 2:
         return None
@@ -137,13 +137,14 @@ def next_experiment(
             break
     assert best is not None
     power, best_experiment, measured = best
-    return NextExperiment(
+    coming = NextExperiment(
         separates=tuple("+".join(effects) or "no effect" for effects, _ in candidates),
-        record=_experiment_record(best_experiment.record),
+        record=NEXT_EXPERIMENT,
         description=best_experiment.description,
         power=power,
         sensors=("command_v", *measured),
     )
+    return coming, _experiment_record(best_experiment.record)
 
 
 def _most_powerful(

@@ -13,7 +13,7 @@ from ...base.arrays import FloatArray
 from ..data.bootstrap import BOOTSTRAP_SEED, drawn_windows, interval
 from ..data.floor import NoiseFloor
 from ..model.comparison import Compared
-from ..schema import Estimate, HowFar
+from ..schema import Gaps, HowFar, Value
 
 
 @dataclass(frozen=True, eq=False)
@@ -153,8 +153,8 @@ def gap_reduction(
     drawn = np.array([shares(windows) for windows in drawn_windows(window_count, seed)])
     of_explainable, from_nominal = shares(all_windows)
 
-    def share(value: float, column: int) -> Estimate:
-        return Estimate(value, *interval(drawn[:, column]))
+    def share(value: float, column: int) -> Value:
+        return Value(value, interval(drawn[:, column]))
 
     return HowFar(
         nominal=float(gaps["nominal"].mean()),
@@ -164,14 +164,12 @@ def gap_reduction(
             float(_floors(augmented, floors, "low", all_windows).mean()),
             float(_floors(augmented, floors, "high", all_windows).mean()),
         ),
-        of_explainable=share(of_explainable, 0) if np.isfinite(of_explainable) else None,
-        from_nominal=share(from_nominal, 1),
-        per_output={
-            name: (
-                float(gaps["nominal"][i]),
-                float(gaps["calibrated"][i]),
-                float(gaps["augmented"][i]),
-            )
+        shrinkage_of_explainable=share(of_explainable, 0)
+        if np.isfinite(of_explainable)
+        else Value.of(None),
+        shrinkage_from_nominal=share(from_nominal, 1),
+        gaps={
+            name: Gaps(*(float(each[i]) for each in gaps.values()))
             for i, name in enumerate(calibrated.error)
         },
     )

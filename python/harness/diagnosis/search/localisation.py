@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 
 from ...catalogue.parameters import effects
 from ..model.case import Case
-from ..schema import SUBSYSTEM_TAKES_PART, SUBSYSTEMS, EquationShare, Where
+from ..schema import SUBSYSTEM_TAKES_PART, SUBSYSTEMS, Equation, Where
 from .candidates import FittedCandidate
 from .maps import maps
 
@@ -23,7 +23,7 @@ def localise(
     calibrated: FittedCandidate,
     best: FittedCandidate | None,
     *,
-    equations: Sequence[EquationShare] = (),
+    equations: Sequence[Equation] = (),
     shares: Mapping[str, float] | None = None,
     laws: Sequence[tuple[str, float]] = (),
     others: Sequence[tuple[Sequence[str], float]] = (),
@@ -70,7 +70,7 @@ def localise(
     )
 
 
-def _by_subsystem(equations: Sequence[EquationShare]) -> dict[str, float]:
+def _by_subsystem(equations: Sequence[Equation]) -> dict[str, float]:
     subsystem: dict[str, float] = {}
     for equation in equations:
         subsystem[equation.subsystem] = subsystem.get(equation.subsystem, 0.0) + equation.share

@@ -19,7 +19,7 @@ from ...base.arrays import FloatArray
 from ...rigs import Rig
 from ..data.bootstrap import drawn_windows, interval
 from ..model.comparison import Compared
-from ..schema import BandShare, Estimate, RegimeShare, SpanShare
+from ..schema import Band, Regime, Span, Value
 from .conditions import conditions
 
 # Conditions that hold for less than a hundredth of the time are not listed: that is 0.2 s of 20 s.
@@ -36,9 +36,9 @@ SPAN_EXCESS = 1.5
 class Maps:
     """Shares of the gap above the noise floor; empty where the errors do not exceed it."""
 
-    regimes: tuple[RegimeShare, ...] = ()
-    frequency: tuple[BandShare, ...] = ()
-    time: tuple[SpanShare, ...] = ()
+    regimes: tuple[Regime, ...] = ()
+    frequency: tuple[Band, ...] = ()
+    time: tuple[Span, ...] = ()
 
 
 def maps(
@@ -81,8 +81,9 @@ def maps(
         of_time = float(np.mean(holds))
         if of_time >= LEAST_TIME:
             inside = np.asarray(np.bincount(window, energy * holds), dtype=np.float64)
-            regimes.append(RegimeShare(condition, _share(inside, by_window, draws), of_time))
-    regimes.sort(key=lambda regime: -regime.share_of_gap.value)
+            share = _share(inside, by_window, draws)
+            regimes.append(Regime(condition, share.value, of_time, share.ci90))
+    regimes.sort(key=lambda regime: -regime.share)
     return Maps(
         tuple(regimes),
         tuple(_bands(compared, shares, window, by_window, draws)),
@@ -101,7 +102,7 @@ def window_numbers_of(compared: Sequence[Compared]) -> npt.NDArray[np.int64]:
     return np.concatenate(numbers)
 
 
-def _share(part: FloatArray, whole: FloatArray, draws: npt.NDArray[np.int64]) -> Estimate:
+def _share(part: FloatArray, whole: FloatArray, draws: npt.NDArray[np.int64]) -> Value:
     """Returns the share of `part` in `whole`, both summed over windows, inside [0, 1].
 
     The interval follows from a bootstrap over windows.
@@ -111,8 +112,8 @@ def _share(part: FloatArray, whole: FloatArray, draws: npt.NDArray[np.int64]) ->
     drawn = part[draws].sum(axis=1)[positive] / wholes[positive]
     value = float(part.sum() / whole.sum())
     low, high = interval(drawn)
-    ends = np.clip([value, min(low, value), max(high, value)], 0.0, 1.0).tolist()
-    return Estimate(*ends)
+    value, low, high = np.clip([value, min(low, value), max(high, value)], 0.0, 1.0).tolist()
+    return Value(value, (low, high))
 
 
 def _bands(
@@ -121,7 +122,7 @@ def _bands(
     window: npt.NDArray[np.int64],
     by_window: FloatArray,
     draws: npt.NDArray[np.int64],
-) -> list[BandShare]:
+) -> list[Band]:
     """Returns the share of each frequency band, from the cosine transform (DCT-II) of each window.
 
     The transform is orthonormal, so that its squares add up to those of the samples. It continues a
@@ -144,12 +145,13 @@ def _bands(
         )
         inside[:, number] = np.bincount(band, power, minlength=len(edges) - 1)
     return [
-        BandShare((float(low), float(high)), _share(part, by_window, draws))
+        Band((float(low), float(high)), share.value, share.ci90)
         for low, high, part in zip(edges, edges[1:], inside, strict=False)
+        for share in (_share(part, by_window, draws),)
     ]
 
 
-def _spans(compared: Sequence[Compared], by_window: FloatArray) -> list[SpanShare]:
+def _spans(compared: Sequence[Compared], by_window: FloatArray) -> list[Span]:
     """Returns the stretches of the records that hold much more of the gap than others.
 
     They consist of runs of SPAN_WINDOWS windows, each with over SPAN_EXCESS times its mean share.
@@ -181,5 +183,5 @@ def _spans(compared: Sequence[Compared], by_window: FloatArray) -> list[SpanShar
                     start_s + float(ends[end - 1]) * compared_record.dt_s,
                 )
                 gap_share = float(share[begin:end].sum())
-                spans.append(SpanShare(compared_record.record.name, span_s, gap_share))
+                spans.append(Span(span_s, gap_share, compared_record.record.name))
     return spans

@@ -20,7 +20,7 @@ from ..model.case import Case
 from ..model.machine import effect_starts
 from ..model.parameters import effect_parameters
 from ..model.separation import contains
-from ..schema import Stage
+from ..result import Stage
 from .candidates import (
     FittedCandidate,
     calibrate,

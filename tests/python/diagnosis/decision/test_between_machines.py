@@ -1,7 +1,9 @@
 # SPDX-License-Identifier: MIT
+
 from dataclasses import replace
 
 import pytest
+from msgspec.structs import replace as replace_part
 
 from ehsid.harness.diagnosis.decision.between_machines import (
     SHRINKAGE_FURTHER,
@@ -11,12 +13,10 @@ from ehsid.harness.diagnosis.decision.between_machines import (
     size_between_machines,
 )
 from ehsid.harness.diagnosis.model.parameters import Parameter
-from ehsid.harness.diagnosis.schema import Estimate, HowFar
+from ehsid.harness.diagnosis.schema import Estimate, HowFar, Value
 
 FORCE = Parameter("effects.load_force.force_n", False, 0.0, 1.0, -500.0, 500.0)
-GAP = HowFar(
-    2.0, 1.0, 0.1, (0.05, 0.06), Estimate(0.95, 0.94, 0.96), Estimate(0.95, 0.93, 0.97), {}
-)
+GAP = HowFar(2.0, 1.0, 0.1, (0.05, 0.06), Value(0.95, (0.94, 0.96)), Value(0.95, (0.93, 0.97)), {})
 
 
 @pytest.mark.parametrize("pressures", [True, False])
@@ -54,14 +54,16 @@ def test_a_promise_holds_for_other_motions(pressures: bool) -> None:
     low, _ = SHRINKAGE_FURTHER_FROM_NOMINAL[pressures]
     assert found.from_nominal == Estimate(0.95, pytest.approx(0.93 - low), 1.0)
     assert (found.nominal, found.augmented) == (GAP.nominal, GAP.augmented)
-    none = reduction_between_machines(replace(GAP, of_explainable=None), pressures)
+    none = reduction_between_machines(
+        replace_part(GAP, shrinkage_of_explainable=Value.of(None)), pressures
+    )
     assert none.of_explainable is None
-    half = replace(GAP, of_explainable=Estimate(0.5, 0.45, 0.55))
+    half = replace_part(GAP, shrinkage_of_explainable=Value(0.5, (0.45, 0.55)))
     moved = reduction_between_machines(half, pressures).of_explainable
     assert moved is not None
     assert moved.high == pytest.approx(0.55 + high)
     # Noise that was estimated too large: the interval was beyond the whole gap before.
-    beyond = replace(GAP, of_explainable=Estimate(1.01, 0.99, 1.03))
+    beyond = replace_part(GAP, shrinkage_of_explainable=Value(1.01, (0.99, 1.03)))
     kept = reduction_between_machines(beyond, pressures).of_explainable
     assert kept is not None
     assert kept.high == 1.03

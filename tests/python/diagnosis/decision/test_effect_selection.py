@@ -18,7 +18,7 @@ from ehsid.harness.diagnosis.decision.effect_selection import select_effects
 from ehsid.harness.diagnosis.decision.results import selected_effects
 from ehsid.harness.diagnosis.decision.verdict import decide
 from ehsid.harness.diagnosis.decision.words import chance, in_words, percent
-from ehsid.harness.diagnosis.schema import CalibratedValue, Estimate, HowFar
+from ehsid.harness.diagnosis.schema import Calibrated, Estimate, HowFar, Value
 from ehsid.harness.diagnosis.search.candidates import FittedCandidate
 
 # Errors that noise hides, and a gap of a hundred and of a thousand noise floors.
@@ -127,14 +127,14 @@ def test_sizes_that_every_servo_has_are_not_selected() -> None:
 def _reduction(
     nominal: float, calibrated: float, augmented: float, floor: float = 0.0012
 ) -> HowFar:
-    whole = Estimate(0.9, 0.8, 0.95)
+    whole = Value(0.9, (0.8, 0.95))
     share = (nominal - augmented) / nominal
-    from_nominal = Estimate(share, share - 0.02, share + 0.02)
+    from_nominal = Value(share, (share - 0.02, share + 0.02))
     return HowFar(nominal, calibrated, augmented, (0.9 * floor, floor), whole, from_nominal, {})
 
 
-def _moved(moved: bool) -> dict[str, CalibratedValue]:
-    return {"load.mass_kg": CalibratedValue(120.0, Estimate(150.0, 148.0, 152.0), moved)}
+def _moved(moved: bool) -> dict[str, Calibrated]:
+    return {"load.mass_kg": Calibrated(120.0, 150.0, (148.0, 152.0), moved)}
 
 
 @pytest.mark.parametrize(

@@ -13,7 +13,7 @@ from ehsid.harness.diagnosis.decision.caveats import caveats
 from ehsid.harness.diagnosis.decision.effect_selection import select_effects
 from ehsid.harness.diagnosis.decision.standing import standing
 from ehsid.harness.diagnosis.decision.words import chance
-from ehsid.harness.diagnosis.schema import Estimate, HowFar
+from ehsid.harness.diagnosis.schema import HowFar, Value
 from ehsid.harness.diagnosis.search.likelihood_gain import likelihood_gain
 
 SETS = (
@@ -26,7 +26,7 @@ SETS = (
 
 
 def reduction(nominal: float, calibrated: float, augmented: float) -> HowFar:
-    whole = Estimate(0.9, 0.8, 0.95)
+    whole = Value(0.9, (0.8, 0.95))
     return HowFar(nominal, calibrated, augmented, (0.001, 0.0012), whole, whole, {})
 
 

@@ -59,7 +59,7 @@ def test_the_equation_of_the_effect_gains_most(effect: str) -> None:
 
 def test_no_equation_gains_where_nothing_is_missing() -> None:
     case, calibrated = case_of("")
-    assert equation_shares(case, calibrated) == ()
+    assert equation_shares(case, calibrated) == ((), ())
 
 
 def test_friction_comes_back_over_the_velocity() -> None:

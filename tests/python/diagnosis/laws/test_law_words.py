@@ -3,12 +3,11 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 import numpy.typing as npt
 import pytest
 from made_diagnoses import missing_law
+from msgspec.structs import replace
 
 from ehsid.harness.diagnosis.laws.words import describe, sentence
 from ehsid.harness.rigs.table_law import TableLaw
@@ -74,7 +73,7 @@ def test_one_law_is_told_with_its_form_and_several_by_their_equations() -> None:
         "The simulator lacks a term: force against extension over the velocity. It jumps by 824 N "
         "at zero and is level on both sides, as Coulomb friction of 412 N."
     )
-    other = replace(found, law=replace(found.law, adds_to="flow_a", of="pressure_a_pa"))
+    other = replace(found, adds_to="flow_a", of="pressure_a_pa")
     assert sentence([found, other]) == (
         "The simulator lacks 2 terms: force against extension over the velocity, and flow into the "
         "cap side over the cap-side pressure."

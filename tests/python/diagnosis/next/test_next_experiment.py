@@ -114,21 +114,22 @@ def test_the_next_experiment_separates_what_a_smooth_small_record_cannot(
     assert on_smooth.nats < 0.5 * SEPARATED_NATS
     assert on_smooth.power < 0.1
 
-    experiment = next_experiment(RIG, [best, other], ("position_m",), FLOORS)
-    assert experiment is not None
+    designed = next_experiment(RIG, [best, other], ("position_m",), FLOORS)
+    assert designed is not None
+    experiment, record = designed
     assert experiment.separates == (best[0][0], other[0][0])
     assert experiment.sensors == ("command_v", "position_m")
     assert experiment.power > 0.95
-    assert set(experiment.record.columns) == {"command_v", "position_m"}
-    assert experiment.record.dt_s == pytest.approx(DT_S)
-    assert np.abs(experiment.record.column("command_v")).max() <= 10.0
+    assert set(record.columns) == {"command_v", "position_m"}
+    assert record.dt_s == pytest.approx(DT_S)
+    assert np.abs(record.column("command_v")).max() <= 10.0
 
     # A run of the experiment on the simulator, with noise, separates them.
-    sent = experiment.record.column("command_v")
-    start = float(experiment.record.column("position_m")[0])
+    sent = record.column("command_v")
+    start = float(record.column("position_m")[0])
     run = simulated(best, sent, start, seed=5)
     np.testing.assert_allclose(
-        run.column("position_m"), experiment.record.column("position_m"), atol=6.0 * NOISE_M
+        run.column("position_m"), record.column("position_m"), atol=6.0 * NOISE_M
     )
     costs, independent = [], 0.0
     for explained in (best, other):
@@ -148,8 +149,9 @@ def test_a_nested_candidate_is_separated_by_its_own_record() -> None:
     # separates the two.
     assert contains(stribeck[0], coulomb[0])
     assert not contains(coulomb[0], stribeck[0])
-    experiment = next_experiment(RIG, [coulomb, stribeck], ("position_m",), FLOORS)
-    assert experiment is not None
+    designed = next_experiment(RIG, [coulomb, stribeck], ("position_m",), FLOORS)
+    assert designed is not None
+    experiment, _ = designed
     assert experiment.power > 0.95
     assert "steps" in experiment.description or "triangle" in experiment.description
 
@@ -184,13 +186,14 @@ def test_fewer_than_two_candidates_need_no_experiment() -> None:
 def test_the_experiment_of_an_axis_stays_inside_the_range_of_its_records() -> None:
     axis = read_rig(RIGS / "axis.toml").with_values(FRICTIONLESS)
     pair = [explanation("coulomb_friction", force_n=20.0), explanation("load_force", force_n=3.0)]
-    experiment = next_experiment(
+    designed = next_experiment(
         axis, pair, ("position_m",), FLOORS, command_limit_v=5.0, span_m=(-0.1, 0.15)
     )
-    assert experiment is not None
+    assert designed is not None
+    experiment, record = designed
     assert experiment.power > 0.95
-    assert np.abs(experiment.record.column("command_v")).max() <= 5.0
-    position = experiment.record.column("position_m")
+    assert np.abs(record.column("command_v")).max() <= 5.0
+    position = record.column("position_m")
     assert position.min() > -0.1
     assert position.max() < 0.15
 
@@ -227,8 +230,9 @@ def test_sensors_are_requested_where_position_is_too_coarse() -> None:
         "external_leakage", coefficient_a_m3_s_pa=2e-11, coefficient_b_m3_s_pa=2e-11
     )
     coarse = {"position_m": NoiseFloor(5e-3, 5e-3, 5e-3)}
-    experiment = next_experiment(RIG, [inside, outside], ("position_m",), coarse)
-    assert experiment is not None
+    designed = next_experiment(RIG, [inside, outside], ("position_m",), coarse)
+    assert designed is not None
+    experiment, _ = designed
     assert experiment.power > 0.95
     assert experiment.sensors == ("command_v", "position_m", "pressure_a_pa", "pressure_b_pa")
 
@@ -238,10 +242,11 @@ def test_a_low_power_is_reported() -> None:
     blind = {"position_m": NoiseFloor(0.1, 0.1, 0.1)}
     axis = read_rig(RIGS / "axis.toml").with_values(FRICTIONLESS)
     pair = [explanation("coulomb_friction", force_n=20.0), explanation("load_force", force_n=3.0)]
-    experiment = next_experiment(
+    designed = next_experiment(
         axis, pair, ("position_m",), blind, command_limit_v=5.0, span_m=(-0.1, 0.15)
     )
-    assert experiment is not None
+    assert designed is not None
+    experiment, _ = designed
     assert experiment.power < 0.01
 
 

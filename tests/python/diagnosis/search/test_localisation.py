@@ -16,20 +16,20 @@ from servo_records import OTHER, RIG, full, made
 from ehsid.harness.diagnosis.model.case import Case, make_case
 from ehsid.harness.diagnosis.model.fit import fit
 from ehsid.harness.diagnosis.model.spectrum import BANDS
-from ehsid.harness.diagnosis.schema import SUBSYSTEMS, EquationShare
+from ehsid.harness.diagnosis.schema import SUBSYSTEMS, Equation
 from ehsid.harness.diagnosis.search.candidates import FittedCandidate
 from ehsid.harness.diagnosis.search.gap_reduction import WindowSums
 from ehsid.harness.diagnosis.search.localisation import localise
 
 MECHANICS = (
-    EquationShare("force", "mechanics", 0.92, 200.0),
-    EquationShare("flow_a", "hydraulics", 0.05, 130.0),
-    EquationShare("flow_b", "hydraulics", 0.03, 110.0),
+    Equation("force", "mechanics", 0.92, 200.0),
+    Equation("flow_a", "hydraulics", 0.05, 130.0),
+    Equation("flow_b", "hydraulics", 0.03, 110.0),
 )
 EITHER = (
-    EquationShare("delay", "timing", 0.5, 40.0),
-    EquationShare("spool", "valve", 0.4, 35.0),
-    EquationShare("force", "mechanics", 0.1, 3.0),
+    Equation("delay", "timing", 0.5, 40.0),
+    Equation("spool", "valve", 0.4, 35.0),
+    Equation("force", "mechanics", 0.1, 3.0),
 )
 
 

@@ -19,7 +19,7 @@ from ehsid.harness.cli import cli
 from ehsid.harness.cli.case_progress import shown
 from ehsid.harness.cli.console import Console
 from ehsid.harness.diagnosis.job import Outcome
-from ehsid.harness.diagnosis.schema import Diagnosis
+from ehsid.harness.diagnosis.result import Diagnosis
 
 TINY = ("--count", "3", "--seconds", "2", "--seed", "7")
 

@@ -1,12 +1,13 @@
 # SPDX-License-Identifier: MIT
 """Simpler methods, read off the candidates of a diagnosis."""
 
-from scored_cases import BAND, BIAS, CANDIDATES, LAG, N, case, findings
+from scored_cases import BAND, BIAS, CANDIDATES, LAG, N, candidate, case, findings
 from statsmodels.tools.eval_measures import bic as bic_of
 
+from ehsid.harness.diagnosis.schema import Candidate
 from ehsid.lab.scoring.baselines import baselines, best_fit, largest_gain, lowest_bic, refit_only
 from ehsid.lab.scoring.judging import judge
-from ehsid.lab.scoring.reading import Candidate, Findings
+from ehsid.lab.scoring.reading import Findings
 
 
 def ids(found: Findings | None) -> list[str]:
@@ -26,14 +27,14 @@ def test_bic_is_half_that_of_statsmodels() -> None:
 
 
 def test_bic_keeps_the_rig_alone_where_effects_gain_little() -> None:
-    little = (Candidate((), 0.0, 100.0, 1.0, 12), Candidate((BAND,), 0.0, 98.0, 1.0, 13))
+    little = (candidate((), 0.0, 100.0, 1.0, 12), candidate((BAND,), 0.0, 98.0, 1.0, 13))
     found = lowest_bic({"a1": N})(case(findings(BAND, candidates=little), BAND))
     assert found is not None
     assert (found.verdict, found.named) == ("parameters", ())
 
 
 def test_ways_without_what_they_need_say_nothing() -> None:
-    bare = case(findings(BIAS, candidates=(Candidate((BIAS,), 0.0),)), BIAS)
+    bare = case(findings(BIAS, candidates=(Candidate((BIAS,), 0.0, 0.0),)), BIAS)
     assert best_fit(bare) is None
     assert lowest_bic({"a1": N})(bare) is None
     assert lowest_bic({"a1": None})(case(findings(BIAS), BIAS)) is None

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 from made_checks import diagnosis, made_answers, perfect, write_check
 
-from ehsid.harness.diagnosis.diagnosis_file import DiagnosisFile
+from ehsid.harness.diagnosis.schema import DiagnosisFile, read_number
 from ehsid.harness.show.page import Table
 from ehsid.lab.pages.check_page import check_page
 from ehsid.lab.pages.check_words import lead
@@ -59,7 +59,7 @@ def consistent() -> Plain:
 
 
 def read(plain: Plain) -> DiagnosisFile:
-    return msgspec.convert(plain, DiagnosisFile, strict=False)
+    return msgspec.convert(plain, DiagnosisFile, strict=False, dec_hook=read_number)
 
 
 def nothing_named(plain: Plain) -> None:

@@ -6,8 +6,8 @@ import math
 import pytest
 from scored_cases import BAND, BIAS, CANDIDATES, LAG, case, findings
 
+from ehsid.harness.diagnosis.schema import Candidate
 from ehsid.lab.scoring.judging import ScoredCase
-from ehsid.lab.scoring.reading import Candidate
 from ehsid.lab.scoring.wrong import behind_truth, reasons, regret_of, wrong_cases
 
 
@@ -19,7 +19,7 @@ def test_regret_is_the_difference_on_held_out_data(
     named: tuple[str, ...], truth: tuple[str, ...], nats: float
 ) -> None:
     assert behind_truth(findings(*named), truth) == pytest.approx(nats)
-    only_scores = tuple(Candidate(one.effects, one.score) for one in CANDIDATES)
+    only_scores = tuple(Candidate(one.effects, one.score, 0.0) for one in CANDIDATES)
     assert behind_truth(findings(*named, candidates=only_scores), truth) == pytest.approx(nats)
 
 

@@ -1,0 +1,261 @@
+# SPDX-License-Identifier: MIT
+"""Result of a diagnosis: the parts of its file, and what the file does not hold, such as arrays."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Literal
+
+import numpy as np
+import numpy.typing as npt
+
+import ehsid
+
+from ..base.arrays import FloatArray
+from ..base.encoding import to_plain
+from ..records import Record
+from ..rigs import Rig
+from .schema import (
+    NOT_COMPARED,
+    SCHEMA_VERSION,
+    Calibrated,
+    Candidate,
+    CannotJudge,
+    DiagnosisFile,
+    Effect,
+    Estimate,
+    HowFar,
+    MissingLaw,
+    NextExperiment,
+    Provenance,
+    RecordFile,
+    Remark,
+    Verdict,
+    Where,
+    Which,
+    file_text,
+)
+
+# What a diagnosis does: it fits the values of the rig, each effect alone and briefly, the best of
+# them at length, then sets of them; it weighs the sets, looks for missing laws, tells where, and
+# designs the experiment that separates what it cannot tell apart.
+Stage = Literal[
+    "values", "alone", "at length", "together", "deciding", "laws", "where", "experiment"
+]
+
+
+@dataclass(frozen=True, eq=False)
+class UnknownInput:
+    """What would have to be added to an equation for the simulator to follow the fitted records.
+
+    It is given at M nodes, one each 20 ms inside the windows of the diagnosis.
+
+    Attributes
+    ----------
+    adds_to
+        name of the equation, as in a table of a rig file; it tells the unit.
+    record, window
+        number of the record, and of the window in it, of each node, shape (M,).
+    time_s
+        time in the record, shape (M,).
+    value, deviation
+        mean and standard deviation, shape (M,).
+    of, at
+        the variable of which it is most nearly a smooth function, and its values, shape (M,).
+    explained
+        share of the squares that such a function has, 0 to 1.
+    """
+
+    adds_to: str
+    record: npt.NDArray[np.int64]
+    window: npt.NDArray[np.int64]
+    time_s: FloatArray
+    value: FloatArray
+    deviation: FloatArray
+    of: str
+    at: FloatArray
+    explained: float
+
+
+@dataclass(frozen=True, eq=False)
+class HeldOutRun:
+    """A held-out record beside its simulations; arrays of shape (N,).
+
+    Attributes
+    ----------
+    record
+        name of the record (file stem).
+    time_s
+        time of the samples, s.
+    window
+        number of the simulation window, -1 where a sample is not compared.
+    command_v
+        command as logged, V.
+    measured, nominal, calibrated, augmented
+        measured and simulated signals by output.
+    """
+
+    record: str
+    time_s: FloatArray
+    window: npt.NDArray[np.int64]
+    command_v: FloatArray
+    measured: Mapping[str, FloatArray]
+    nominal: Mapping[str, FloatArray]
+    calibrated: Mapping[str, FloatArray]
+    augmented: Mapping[str, FloatArray]
+
+
+@dataclass(frozen=True, eq=False)
+class Interim:
+    """What is known when a stage of a diagnosis begins; none of it is a result yet.
+
+    Attributes
+    ----------
+    stage
+        what is done now.
+    runs
+        held-out data, measured and simulated: as configured, with the values of the rig fitted,
+        and with the set that is ahead so far.
+    how_far
+        the gaps of these simulations.
+    ahead
+        ids of the effects of the set that is ahead; none where the rig alone is.
+    sets
+        sets of effects that were fitted, each with the nrmse that it leaves on held-out data,
+        smallest first.
+    """
+
+    stage: Stage
+    runs: tuple[HeldOutRun, ...]
+    how_far: HowFar
+    ahead: tuple[str, ...]
+    sets: tuple[tuple[tuple[str, ...], float], ...]
+
+
+@dataclass(frozen=True, eq=False)
+class Diagnosis:
+    """All results of a diagnosis.
+
+    Attributes
+    ----------
+    verdict
+        one of the six verdicts.
+    sentence
+        the verdict in one plain sentence.
+    reasons
+        what the verdict rests on, one sentence each.
+    where, effects, ambiguity_set, candidates, cannot_judge, next_experiment, how_far, calibration
+        as the contract defines them; how_far is None where the data are insufficient.
+    outside_probability
+        that the cause is outside of the catalogue; None where the data are insufficient.
+    missing_laws
+        laws of a cause outside of the catalogue; empty where the catalogue suffices, or where no
+        law can be told.
+    remarks
+        remarks of the gate on the data.
+    runs
+        held-out records beside their simulations.
+    rig
+        the rig as configured.
+    augmented_rig
+        the rig with the estimated values and effects.
+    outputs, outputs_left_out
+        outputs that were compared, and those that were not.
+    records
+        role of each record by its name: "fit", "held out" or "fit and held out".
+    settings
+        settings of the diagnosis by name.
+    seconds
+        duration of the diagnosis, s.
+    unknown_inputs
+        what the equations with a large share lack over the time.
+    law_forms
+        for each of `missing_laws` the values at its knots of the simple form that `looks_like`
+        names; None where none fits.
+    next_record
+        the record of `next_experiment`: time_s and command_v, ready to be sent; position_m as the
+        best candidate predicts it.
+    in_sigmas
+        by name of `calibration`: what was found minus the centre of the prior that the fit used, in
+        standard deviations of this prior; None where the prior has no bounded deviation.
+    """
+
+    verdict: Verdict
+    sentence: str
+    reasons: tuple[str, ...]
+    where: Where
+    effects: tuple[Effect, ...]
+    ambiguity_set: tuple[tuple[str, ...], ...]
+    candidates: tuple[Candidate, ...]
+    cannot_judge: tuple[CannotJudge, ...]
+    outside_probability: float | None
+    missing_laws: tuple[MissingLaw, ...]
+    next_experiment: NextExperiment | None
+    how_far: HowFar | None
+    calibration: Mapping[str, Calibrated]
+    remarks: tuple[Remark, ...]
+    runs: tuple[HeldOutRun, ...]
+    rig: Rig
+    augmented_rig: Rig
+    outputs: tuple[str, ...]
+    outputs_left_out: tuple[str, ...]
+    records: Mapping[str, str]
+    settings: Mapping[str, object]
+    seconds: float
+    unknown_inputs: tuple[UnknownInput, ...] = ()
+    law_forms: tuple[tuple[float, ...] | None, ...] = ()
+    next_record: Record | None = None
+    in_sigmas: Mapping[str, Estimate | None] = field(default_factory=dict)
+
+
+def diagnosis_file(diagnosis: Diagnosis, records: Sequence[Record], rig_file: str) -> DiagnosisFile:
+    """Returns the content of the file, with all fields for every verdict.
+
+    Parameters
+    ----------
+    diagnosis
+        result of the diagnosis.
+    records
+        all records that were used, as they were read.
+    rig_file
+        path of the rig file, as the caller gives it.
+    """
+    used = [
+        RecordFile(
+            str(record.source or record.name), record.sha256, diagnosis.records.get(record.name)
+        )
+        for record in records
+    ]
+    outputs = {"outputs": diagnosis.outputs, "outputs_left_out": diagnosis.outputs_left_out}
+    return DiagnosisFile(
+        SCHEMA_VERSION,
+        diagnosis.verdict,
+        diagnosis.where,
+        Which(
+            diagnosis.effects,
+            diagnosis.ambiguity_set,
+            diagnosis.candidates,
+            diagnosis.cannot_judge,
+            diagnosis.next_experiment,
+            diagnosis.outside_probability,
+            diagnosis.missing_laws,
+        ),
+        diagnosis.how_far or NOT_COMPARED,
+        diagnosis.calibration,
+        Provenance(
+            ehsid.__version__,
+            tuple(used),
+            to_plain({**diagnosis.settings, **outputs}),
+            diagnosis.seconds,
+            rig_file,
+        ),
+        diagnosis.sentence,
+        diagnosis.reasons,
+        diagnosis.remarks,
+    )
+
+
+def diagnosis_text(diagnosis: Diagnosis, records: Sequence[Record], rig_file: str) -> str:
+    """Returns the text of the file; see `diagnosis_file` for the parameters."""
+    return file_text(diagnosis_file(diagnosis, records, rig_file))
