@@ -178,6 +178,84 @@ TEST(ServoEstimator, ADeadBandThatHoldsTheRodTeachesNothing) {
   EXPECT_NEAR(loop.gain(), before, 0.1 * before);
 }
 
+/// A servo without a controller: the command is +-1, chosen anew every `bit` samples.
+struct OpenLoop {
+  ehsid::ServoEstimator<float> estimator;
+  Servo servo;
+  double dt = 0.01;
+  int bit = 20;
+  bool late = false;  // the command, by one sample
+  std::mt19937 random{1};
+  std::array<double, 2> commands{};  // newest first
+  int samples = 0;
+
+  void configure(unsigned seed) {
+    random.seed(seed);
+    ehsid::ServoEstimatorOptions<float> options;
+    options.dt_s = static_cast<float>(dt);
+    ASSERT_EQ(estimator.configure(options), Status::ok);
+  }
+
+  void step(bool held = false) {
+    const double noise = 5e-6 * std::normal_distribution<double>()(random);
+    commands[1] = commands[0];
+    if (samples++ % bit == 0) {
+      commands[0] = random() % 2U == 0U ? 1.0 : -1.0;
+    }
+    ASSERT_FALSE(ehsid::is_error(estimator.step(static_cast<float>(commands[0]),
+                                                static_cast<float>(servo.state[0] + noise))));
+    if (held) {
+      servo.state[1] = servo.state[2] = 0.0;
+    } else {
+      servo.advance(commands[late ? 1 : 0], dt);
+    }
+  }
+  double gain() const { return static_cast<double>(estimator.servo().gain.value); }
+};
+
+// Until a rest is seen the samples say that a command of 1 moves nothing.
+TEST(ServoEstimator, AServoThatIsHeldWhileACommandActsTeachesNothing) {
+  int kept = 0;
+  for (unsigned seed = 1; seed <= 20; ++seed) {
+    OpenLoop loop;
+    loop.configure(seed);
+    for (unsigned k = 0; k < 2000 + seed; ++k) {  // the hold begins at any place of a block
+      loop.step();
+    }
+    const double before = loop.gain();
+    for (int k = 0; k < 200; ++k) {
+      loop.step(true);
+    }
+    const bool in_hold = loop.estimator.resting() && std::abs(loop.gain() - before) < 0.02 * before;
+    for (int k = 0; k < 200; ++k) {
+      loop.step();
+    }
+    const bool behind_it = std::abs(loop.gain() - loop.servo.gain) < 0.05 * loop.servo.gain;
+    kept += in_hold && behind_it && loop.estimator.resets() == 0 ? 1 : 0;
+  }
+  EXPECT_GE(kept, 19);  // of 20; of the other one all began anew before the rest was seen
+}
+
+// With 7 samples in a period of its ringing, the path answers the command of one sample ago with the wrong sign.
+TEST(ServoEstimator, TheSignIsFoundWhereAServoRingsAndIsLate) {
+  int wrong = 0;
+  for (unsigned seed = 1; seed <= 100; ++seed) {
+    OpenLoop loop;
+    loop.dt = 0.015;
+    loop.servo.omega_n = 1.1 / loop.dt;
+    loop.servo.xi = 0.15;
+    loop.servo.gain = 0.005;
+    loop.bit = 1;
+    loop.late = true;
+    loop.configure(seed);
+    for (int k = 0; k < 100; ++k) {
+      loop.step();
+    }
+    wrong += loop.gain() < 0.0 ? 1 : 0;
+  }
+  EXPECT_LE(wrong, 2);  // 14 where only the stated delay was asked
+}
+
 TEST(ServoEstimator, OneSineShowsTheGainOnly) {
   Loop<float> loop;
   loop.configure();

@@ -218,6 +218,8 @@ class ServoEstimator {
 
   // servo_estimator_track.hpp
   Status track(Scalar position);
+  EHSID_RARE void keep();
+  EHSID_RARE void forget_the_stop(Scalar position);
   EHSID_RARE Status rest(Scalar position);
   EHSID_RARE void widen(bool hold);
   EHSID_RARE void place();
@@ -271,8 +273,9 @@ class ServoEstimator {
   std::int32_t settling_ = 0;      // samples for which the noise is not adapted
   std::int32_t cooling_ = 0;       // samples for which the variances are not widened again
   std::int32_t resets_ = 0;
-  std::int32_t delay_ = 0;   // the stated one or one more
-  std::int32_t leader_ = 0;  // the start that is the most likely one; -1: none yet
+  std::int32_t delay_ = 0;  // the stated one or one more
+  std::int32_t leader_ =
+      0;  // the most likely start, -1: none yet; then the place of the newer state that is kept
   Phase phase_ = Phase::waiting;
   bool started_ = false;
   bool hole_ = false;  // the last sample was refused

@@ -57,6 +57,7 @@ bool ServoEstimator<Scalar, kMaxDelay>::possible() const {
               filter_.possible() && phase_ <= Phase::tracking &&
               (phase_ == Phase::waiting || filter_.started()) && std::abs(sign_) == Scalar(1) &&
               delay_ >= options_.delay && delay_ <= options_.delay + 1 && leader_ >= -1 &&
+              (phase_ != Phase::tracking || leader_ == 0 || leader_ == 1) &&
               leader_ < Starts::kStarts && starts_.possible();
   for (const Scalar sum :
        {command_square_, least_noise_, thirds_, paths_, pulls_, together_, peak_}) {

@@ -59,7 +59,8 @@ void ServoEstimator<Scalar, kMaxDelay>::wait(Scalar position) {
   thirds_ += third * third;
   paths_ += std::abs(path);
   pulls_ += std::abs(command_at(options_.delay));
-  together_ += path * command_at(options_.delay);
+  // Of both delays that the starts have: where the servo rings, one of them alone may show the other sign.
+  together_ += path * (command_at(options_.delay) + command_at(options_.delay + 1));
   low_ = position < low_ ? position : low_;
   high_ = position > high_ ? position : high_;
   const std::int32_t wanted = samples_of(Scalar(0.3), 40);
@@ -137,6 +138,9 @@ void ServoEstimator<Scalar, kMaxDelay>::take_charge(int best) {
   }
   phase_ = Phase::tracking;
   tracked_ = 0;
+  leader_ = 0;
+  keep();
+  keep();
 }
 
 }  // namespace ehsid

@@ -51,9 +51,13 @@ Status ServoEstimator<Scalar, kMaxDelay>::track(Scalar position) {
     return again();
   }
   shift(measured, position);
+  if (rest_.begins_after_motion()) {
+    keep();
+  }
   if (rest_.resting()) {
     resting_ = true;
     rest_position_ = position;
+    forget_the_stop(position);
     filter_.settle(Scalar(0), command_square_);
     reference_ = position;
     run_.interrupt();
@@ -66,6 +70,27 @@ Status ServoEstimator<Scalar, kMaxDelay>::track(Scalar position) {
     return again();
   }
   return Status::ok;
+}
+
+/// What the filter is now, for forget_the_stop(), beside what it was when this was called last.
+template <class Scalar, int kMaxDelay>
+void ServoEstimator<Scalar, kMaxDelay>::keep() {
+  leader_ = 1 - leader_;
+  starts_.kept(leader_) = filter_.state();
+}
+
+/// A servo that is held, or that sticks, although a command acts teaches a gain of zero until two calm blocks show that it
+/// rests. Then the filter is again what it was when the block began in which the motion ended.
+template <class Scalar, int kMaxDelay>
+void ServoEstimator<Scalar, kMaxDelay>::forget_the_stop(Scalar position) {
+  const auto& before = starts_.kept(1 - leader_);
+  const Scalar path = before.gain * std::abs(command_at(delay_ - 1) - before.bias) *
+                      static_cast<Scalar>(rest_.samples());
+  if (path > rest_.threshold(position)) {
+    filter_.state() = before;
+    filter_.renew();
+    suspected_ = false;
+  }
 }
 
 /// While the servo stands still the parameters wait, and may drift. A movement beyond the noise ends it.
@@ -88,6 +113,7 @@ Status ServoEstimator<Scalar, kMaxDelay>::rest(Scalar position) {
   rest_.moved();
   reference_ = position;
   reopen(Scalar(0));
+  keep();
   return Status::ok;
 }
 
@@ -139,6 +165,8 @@ void ServoEstimator<Scalar, kMaxDelay>::place() {
   filter_.covariance(4, 4) = Scalar(0.25);
   filter_.covariance(5, 5) = Scalar(0.25);
   placed_ = true;
+  keep();
+  keep();
   run_.restart();
 }
 

@@ -255,8 +255,9 @@ class ServoFilter {
     if (tuning.hold_servo) {
       hold(held, gain);
     }
-    for (int i = 0, at = 0; i < kStates; at += kStates - i, ++i) {  // along the diagonal
-      Scalar& variance_i = state_.covariance[static_cast<std::size_t>(at)];
+    EHSID_UNROLL
+    for (int i = 0; i < kStates; ++i) {
+      Scalar& variance_i = covariance(i, i);
       if (!(variance_i > Scalar(0))) {
         variance_i = Scalar(1e-12) * (i < 3 ? state_.noise : Scalar(1));
       }

@@ -17,6 +17,7 @@ template <class Scalar>
 class RestDetector {
  public:
   static constexpr Scalar kSpan = Scalar(8);
+  static constexpr std::int32_t kCalmBlocks = 2;
 
   /// block: samples in a block, >= 4.
   void restart(std::int32_t block) {
@@ -45,11 +46,15 @@ class RestDetector {
     const Scalar risen = Scalar(1.05) * noise_;
     noise_ = known_ && risen > Scalar(0) && risen < variance ? risen : variance;
     known_ = true;
-    calm_ = high_ - low_ <= threshold(position) ? calm_ + (calm_ < 2 ? 1 : 0) : 0;
+    calm_ = high_ - low_ <= threshold(position) ? calm_ + (calm_ < kCalmBlocks ? 1 : 0) : 0;
     count_ = 0;
   }
 
-  bool resting() const { return calm_ >= 2; }
+  bool resting() const { return calm_ >= kCalmBlocks; }
+  /// Whether a block began with the last position, and the servo moved in the one before.
+  bool begins_after_motion() const { return count_ == 1 && calm_ == 0; }
+  /// Samples of standing still after which it is a rest.
+  std::int32_t samples() const { return kCalmBlocks * block_; }
   /// Movements up to this are none, about a position; with room for the last digit of a number.
   Scalar threshold(Scalar position) const {
     return kSpan * std::sqrt(noise_) +
@@ -72,7 +77,7 @@ class RestDetector {
   /// Whether a state that was read can be one of a detector of positions up to `largest`.
   bool possible(Scalar largest) const {
     bool good = block_ >= 4 && count_ >= 0 && count_ < block_ && seen_ >= 0 && seen_ <= 3 &&
-                calm_ >= 0 && calm_ <= 2 && noise_ >= Scalar(0) && is_finite(noise_) &&
+                calm_ >= 0 && calm_ <= kCalmBlocks && noise_ >= Scalar(0) && is_finite(noise_) &&
                 is_finite(squares_);
     for (const Scalar position : {low_, high_, last_[0], last_[1], last_[2]}) {
       good = std::abs(position) <= largest && good;

@@ -76,6 +76,11 @@ class ServoStarts {
     }
   }
 
+  /// Once one start is in charge, the room of the others holds what it was: a state in place 0, and one in place 1.
+  typename Filter::State& kept(int place) {
+    return filters_[static_cast<std::size_t>(place)].state();
+  }
+
   const Filter& operator[](int i) const { return filters_[static_cast<std::size_t>(i)]; }
   /// Since the start; all have taken the same number.
   std::int32_t samples() const { return filters_[0].state().samples; }
