@@ -6,6 +6,7 @@ The time to go is that of all runs together, and never rises.
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -28,12 +29,12 @@ Update = Callable[[int, SampleAnswer, Counters], None]
 
 def state_text(rate: float, result: SampleAnswer, counters: Counters) -> str:
     """Returns sample rate, fit and lambda or K, status, and the errors on the line, as text."""
-    told = (
-        f"fit {result.fit_percent:.1f} %, lambda {result.forgetting_factor:.4f}"
-        if isinstance(result, Result)
-        else f"K {result.velocity_gain_m_s_v:.4g} m/s per V "
-        f"({ehsid.TrustReason(result.velocity_gain_reason).name.replace('_', ' ')})"
-    )
+    if isinstance(result, Result):
+        told = f"fit {result.fit_percent:.1f} %, lambda {result.forgetting_factor:.4f}"
+    else:
+        reason = ehsid.TrustReason(result.velocity_gain_reason).name.replace("_", " ")
+        value = result.velocity_gain_m_s_v
+        told = f"K: {reason}" if math.isnan(value) else f"K {value:.4g} m/s per V ({reason})"
     text = f"{rate:.0f}/s, {told}, {ehsid.Status(result.status).name}"
     troubles = {
         "sent again": counters.asked_again,

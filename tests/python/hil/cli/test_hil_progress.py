@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from dataclasses import replace
 
@@ -10,8 +11,8 @@ import pytest
 
 import ehsid
 from ehsid.harness.cli.console import Console
-from ehsid.hil.answers import Result
-from ehsid.hil.cli.progress import live
+from ehsid.hil.answers import Result, ServoResult
+from ehsid.hil.cli.progress import live, state_text
 from ehsid.hil.session import Counters
 
 RESULT = Result(
@@ -36,6 +37,15 @@ RESULT = Result(
     trips=0,
     theta=(0.0,) * 6,
 )
+
+
+def test_the_state_of_a_servo_tells_k_and_its_trust() -> None:
+    head, counts = (0, 0.0, 1.0), (int(ehsid.Status.ok), False, False, 0, 0, 0, 0)
+    none = (math.nan, math.nan, 1)
+    known = ServoResult(*head, 0.0296, 0.001, 0, *none, *none, *counts)
+    assert state_text(50.0, known, Counters()) == "50/s, K 0.0296 m/s per V (trusted), ok"
+    starting = ServoResult(*head, *none, *none, *none, *counts)
+    assert state_text(50.0, starting, Counters(late=2)) == "50/s, K: starting, ok, late 2"
 
 
 class Clock:
