@@ -9,6 +9,7 @@ import numpy as np
 
 from ..base.arrays import FloatArray
 from ..catalogue.channels import CHAMBER_PRESSURES, COMMAND, POSITION
+from ..diagnosis.data.gate_signs import BLOCKS, jackknife
 from ..diagnosis.data.sensor_floor import sensor_floor
 from ..records import Record
 from ..rigs import Rig
@@ -22,7 +23,6 @@ DURATIONS_S = (0.03, 0.04, 0.06, 0.08, 0.12, 0.16, 0.24, 0.32)
 NOISE_SHARE = 0.02
 # Duration of the kernel for the sign of the speed, s.
 SIGN_S = 0.01
-BLOCKS = 10
 
 
 @dataclass(frozen=True)
@@ -38,10 +38,9 @@ def moved_mass(record: Record, rig: Rig, area: Areas) -> Mass | None:
 
         m y'' + b y' + F_c sgn y' + k y + F_0 = A_a p_a - A_b p_b = F
 
-    The terms are smoothed by one kernel. The deviation is that of a jackknife over blocks (B.
-    Efron, The Jackknife, the Bootstrap and Other Resampling Plans, SIAM 1982). A measured command
-    stands for nothing here: the balance holds whatever moves the valve. A drive has the force of
-    its command.
+    The terms are smoothed by one kernel, and the deviation is that of `jackknife`. A measured
+    command stands for nothing here: the balance holds whatever moves the valve. A drive has the
+    force of its command.
     """
     assert record.dt_s is not None
     if rig.plant == "axis":
@@ -83,22 +82,11 @@ def _fitted(terms: FloatArray, force: FloatArray) -> Mass:
     size = np.abs(terms).max(axis=0)
     size = np.where(size > 0.0, size, 1.0)
     columns = np.column_stack([terms / size, np.ones(force.size)])
-    blocks = np.array_split(np.arange(force.size), BLOCKS)
-    squares = [columns[block].T @ columns[block] for block in blocks]
-    products = [columns[block].T @ force[block] for block in blocks]
-
-    def weights(left_out: int | None) -> FloatArray:
-        kept = [i for i in range(BLOCKS) if i != left_out]
-        square = np.sum([squares[i] for i in kept], axis=0)
-        product = np.sum([products[i] for i in kept], axis=0)
-        return np.asarray(np.linalg.lstsq(square, product, rcond=1e-12)[0])
-
-    whole = weights(None)
-    parts = np.array([weights(i)[0] for i in range(BLOCKS)])
+    whole, parts = jackknife(columns, force)
     others = columns[:, 1:]
     own = columns[:, 0] - others @ np.linalg.lstsq(others, columns[:, 0], rcond=1e-12)[0]
     # A term that is missing, such as friction near standstill, can look like the acceleration: the
     # remaining force over the acceleration that no other term has bounds what this does.
     missing = np.std(force - columns @ whole) / max(float(np.std(own)), 1e-300)
-    deviation = np.hypot(np.sqrt((BLOCKS - 1) * np.var(parts)), missing)
+    deviation = np.hypot(np.sqrt((BLOCKS - 1) * np.var([part[0] for part in parts])), missing)
     return Mass(float(whole[0] / size[0]), float(deviation / size[0]))

@@ -89,11 +89,7 @@ def check_rig(record: Record, rig: Rig) -> RecordCheck:
     if not wrong_way:
         findings.append(_delay(part, rig, moved))
         findings += ringing_finding(part, rig)
-    half = moved.kernel.half
-    time = part.dt_s * np.arange(half, half + moved.speed.size, dtype=np.float64)
-    return RecordCheck(
-        record.name, tuple(findings), _notes(part, rig, supply), time, moved.speed, expected
-    )
+    return RecordCheck(record.name, tuple(findings), notes, time, moved.speed, expected)
 
 
 def _usable(record: Record, rig: Rig) -> tuple[Record, list[Remark]]:

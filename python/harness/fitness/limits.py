@@ -28,22 +28,22 @@ SPOOL_TOLERANCE = 0.15
 
 def sign_findings(record: Record, rig: Rig) -> list[Finding]:
     """Compares the directions of command and motion, and the names of the chamber pressures."""
-    against = check_directions(record, rig)
+    against = next(check_directions(record, rig), None)
     found = [
-        Finding("direction", Status.does_not_fit, against[0].what)
+        Finding("direction", Status.does_not_fit, against.what)
         if against
         else Finding("direction", Status.fits, "a positive command extends the rod")
     ]
     if rig.plant != "ehs" or not has_pressures(record):
         return found
-    remarks = check_ports(record, rig)
-    if not remarks:
+    remark = next(check_ports(record, rig), None)
+    if remark is None:
         text = "the chamber pressures push the way the rod moves"
         return [*found, Finding("ports", Status.fits, text)]
     # Only a serious remark is certain; the other one may come of wrong areas.
-    if remarks[0].serious:
-        return [*found, Finding("ports", Status.does_not_fit, remarks[0].what)]
-    return [*found, untold("ports", remarks[0].what)]
+    if remark.serious:
+        return [*found, Finding("ports", Status.does_not_fit, remark.what)]
+    return [*found, untold("ports", remark.what)]
 
 
 def stroke_finding(record: Record, rig: Rig, moved: Motion) -> list[Finding]:
@@ -126,8 +126,10 @@ def measured_supply(record: Record, rig: Rig) -> list[Finding]:
     if supply is None:
         return []
     key, check = "supply.pressure_pa", "supply"
-    strange = [r for r in check_pressures(record, rig) if "the supply is measured" not in r.what]
-    found = [Finding("pressures", Status.does_not_fit, remark.what) for remark in strange]
+    found = [
+        Finding("pressures", Status.does_not_fit, remark.what)
+        for remark in check_pressures(record, rig)
+    ]
     if SUPPLY_PRESSURE not in record.columns:
         return found
     if SUPPLY_PRESSURE in doubted_units(found):

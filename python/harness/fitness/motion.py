@@ -11,6 +11,7 @@ import numpy.typing as npt
 
 from ..base.arrays import FloatArray
 from ..catalogue.channels import CHAMBER_PRESSURES, COMMAND, POSITION, SUPPLY_PRESSURE
+from ..diagnosis.data.cylinder import areas as piston_areas
 from ..diagnosis.data.gate_signs import correlation
 from ..records import Record
 from ..rigs import Rig
@@ -40,8 +41,7 @@ class Areas:
 def areas(rig: Rig) -> Areas:
     """Returns the areas and volumes of the cylinder of a rig."""
     v = rig.values
-    cap = 0.25 * math.pi * v["cylinder.bore_m"] ** 2
-    annulus = cap - 0.25 * math.pi * v["cylinder.rod_m"] ** 2
+    cap, annulus = piston_areas(v)
     half = 0.5 * v["cylinder.stroke_m"]
     return Areas(
         cap,

@@ -10,7 +10,7 @@ from scipy.signal import welch
 
 from ..base.arrays import FloatArray
 from ..catalogue.channels import CHAMBER_PRESSURES, POSITION
-from ..diagnosis.data.oil_spring import oil_spring_hz
+from ..diagnosis.data.cylinder import oil_spring_hz
 from ..records import Record
 from ..rigs import Rig
 from .finding import Finding, judged, untold

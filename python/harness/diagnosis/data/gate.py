@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 
 import numpy as np
 
@@ -13,7 +13,7 @@ from ...rigs import Rig
 from ..schema import WINDOW_S, Remark
 from .gate_channels import check_constant, check_saturated, check_spikes
 from .gate_clock import check_clock, check_length, check_sampling
-from .gate_ranges import check_command, check_position, check_pressures
+from .gate_ranges import check_command, check_position, check_pressures, check_supply
 from .gate_signs import check_directions, check_ports
 from .gate_supply import powered_part
 from .sensor_floor import sensor_floor
@@ -23,12 +23,13 @@ from .sensor_floor import sensor_floor
 FLOORS_DIFFER = 3.0
 
 # The remarks are read in this order: a constant channel, for example, does not show any signs.
-_CHECKS: tuple[Callable[[Record, Rig], list[Remark]], ...] = (
+_CHECKS: tuple[Callable[[Record, Rig], Iterable[Remark]], ...] = (
     check_sampling,
     check_constant,
     check_command,
     check_position,
     check_pressures,
+    check_supply,
     check_saturated,
     check_spikes,
     check_directions,
@@ -113,7 +114,7 @@ def _of_record(record: Record, rig: Rig) -> list[Remark]:
     remarks += supply_remarks
     if any(remark.serious for remark in supply_remarks):
         return remarks
-    length_remarks = check_length(part, record)
+    length_remarks = [*check_length(part, record)]
     if length_remarks:
         return remarks + length_remarks
     for check in _CHECKS:
@@ -135,9 +136,8 @@ def how_read(record: Record) -> list[Remark]:
     return [Remark(record.name, text) for text in remarks]
 
 
-def _noise_differs(records: Sequence[Record], rig: Rig) -> list[Remark]:
+def _noise_differs(records: Sequence[Record], rig: Rig) -> Iterator[Remark]:
     """Checks that the noise of each sensor is the same in all records of the machine."""
-    remarks = []
     for name in CHANNELS:
         with_column = [record for record in records if name in record.columns and name != COMMAND]
         floors = [
@@ -149,24 +149,18 @@ def _noise_differs(records: Sequence[Record], rig: Rig) -> list[Remark]:
             continue
         (low, quiet), (high, noisy) = min(floors), max(floors)
         if high > FLOORS_DIFFER * low:
-            remarks.append(
-                Remark(
-                    "",
-                    f"the noise of {name} is {high:.2g} in '{noisy}' and {low:.2g} in '{quiet}'; "
-                    "check whether sensor, filter or setting were changed in between",
-                )
+            yield Remark(
+                "",
+                f"the noise of {name} is {high:.2g} in '{noisy}' and {low:.2g} in '{quiet}'; check "
+                "whether sensor, filter or setting were changed in between",
             )
-    return remarks
 
 
-def _sampling_differs(records: Sequence[Record]) -> list[Remark]:
+def _sampling_differs(records: Sequence[Record]) -> Iterator[Remark]:
     steps = [record.dt_s for record in records if record.dt_s is not None]
-    if len(steps) < 2 or max(steps) < 1.01 * min(steps):
-        return []
-    return [
-        Remark(
+    if len(steps) > 1 and max(steps) >= 1.01 * min(steps):
+        yield Remark(
             "",
             f"the records are sampled every {1e3 * min(steps):.4g} to {1e3 * max(steps):.4g} ms; "
             f"the windows of {WINDOW_S:g} s are the same, but the slow ones say less",
         )
-    ]

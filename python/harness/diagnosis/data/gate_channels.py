@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import numpy as np
 import numpy.typing as npt
 from scipy.ndimage import correlate1d, maximum_filter1d, median_filter
@@ -41,9 +43,8 @@ def _runs(column: FloatArray) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int
     return np.append(0, changes + 1), np.append(changes, column.size - 1)
 
 
-def check_constant(record: Record, rig: Rig) -> list[Remark]:
+def check_constant(record: Record, rig: Rig) -> Iterator[Remark]:
     """Finds constant channels, motion that is below the noise, and stretches of a frozen sensor."""
-    remarks = []
     for name in (channel for channel in CHANNELS if channel in record.columns):
         column = record.column(name)
         if np.ptp(column) == 0.0:
@@ -52,27 +53,22 @@ def check_constant(record: Record, rig: Rig) -> list[Remark]:
                 "with an excitation",
                 "position_m": "the rod does not move; check the sensor, or record with motion",
             }.get(name, "the channel is dead, or was not connected; it is left out")
-            remarks.append(
-                Remark(record.name, f"{name} is constant: {meaning}", serious=name in NEEDED)
-            )
+            yield Remark(record.name, f"{name} is constant: {meaning}", serious=name in NEEDED)
         elif CHANNELS[name].moves:
-            remarks += _frozen(record, name)
+            yield from _frozen(record, name)
     position = record.column("position_m")
     if np.ptp(position) > 0.0:
         floor = sensor_floor(record, "position_m", rig).value
         if np.std(position) < MOVES * floor:
-            remarks.append(
-                Remark(
-                    record.name,
-                    f"the rod moves by {np.std(position):.2g} m rms, its noise is {floor:.2g} m: "
-                    "there is no motion to compare; record with a larger excitation",
-                    serious=True,
-                )
+            yield Remark(
+                record.name,
+                f"the rod moves by {np.std(position):.2g} m rms, its noise is {floor:.2g} m: "
+                "there is no motion to compare; record with a larger excitation",
+                serious=True,
             )
-    return remarks
 
 
-def _frozen(record: Record, name: str) -> list[Remark]:
+def _frozen(record: Record, name: str) -> Iterator[Remark]:
     """Finds stretches where a sensor shows one value for a long time and then jumps."""
     assert record.dt_s is not None
     column = record.column(name)
@@ -83,22 +79,19 @@ def _frozen(record: Record, name: str) -> list[Remark]:
     step_after = np.append(steps[ends[:-1]], 0.0)
     frozen = long & (step_after > FROZEN_STEP * typical_step)
     if not frozen.any():
-        return []
+        return
     seconds = float(np.sum((ends - starts + 1)[frozen])) * record.dt_s
     first = float(starts[frozen][0]) * record.dt_s
-    return [
-        Remark(
-            record.name,
-            f"{name} froze {np.count_nonzero(frozen)} times, for {seconds:.2g} s together, first "
-            f"after {first:.3g} s: it stands still and then jumps; check cable and logger",
-            serious=False,
-        )
-    ]
+    yield Remark(
+        record.name,
+        f"{name} froze {np.count_nonzero(frozen)} times, for {seconds:.2g} s together, first "
+        f"after {first:.3g} s: it stands still and then jumps; check cable and logger",
+        serious=False,
+    )
 
 
-def check_saturated(record: Record, rig: Rig) -> list[Remark]:
+def check_saturated(record: Record, rig: Rig) -> Iterator[Remark]:
     """Finds sensors at the end of their range, which stay at their largest or smallest value."""
-    remarks = []
     for name in (channel for channel in CHANNELS if channel in record.columns):
         if not CHANNELS[name].moves:
             continue
@@ -117,39 +110,32 @@ def check_saturated(record: Record, rig: Rig) -> list[Remark]:
             moving = last_step > 0.1 * typical_step
             if typical_step > 0.0 and np.count_nonzero(moving) >= CLIPPED_RUNS:
                 share = float(np.mean(column == extreme))
-                remarks.append(
-                    Remark(
-                        record.name,
-                        f"{name} stays at its {which} value of {extreme:.4g} for "
-                        f"{100.0 * share:.2g} % of the time, {np.count_nonzero(moving)} times: the "
-                        "sensor is at the end of its range; what is beyond is not compared fairly",
-                    )
+                yield Remark(
+                    record.name,
+                    f"{name} stays at its {which} value of {extreme:.4g} for "
+                    f"{100.0 * share:.2g} % of the time, {np.count_nonzero(moving)} times: the "
+                    "sensor is at the end of its range; what is beyond is not compared fairly",
                 )
-    return remarks
 
 
-def check_spikes(record: Record, rig: Rig) -> list[Remark]:
+def check_spikes(record: Record, rig: Rig) -> Iterator[Remark]:
     """Finds single samples that differ from both neighbours by more than any motion causes.
 
     The distances to the median of five samples (F. Hampel, J. Amer. Statist. Assoc. 69(346), 1974)
     and to the cubic through the neighbours are compared with the usual distance in the channel and
     with those nearby.
     """
-    remarks = []
     for name in (channel for channel in CHANNELS if channel in record.columns):
         if not CHANNELS[name].moves:
             continue
         count = int(np.count_nonzero(spikes(record.column(name))))
         if count:
-            remarks.append(
-                Remark(
-                    record.name,
-                    f"{name} has {count} spikes ({100.0 * count / len(record):.2g} % of the "
-                    "samples): they count as gap that nothing explains; check cable and ground, or "
-                    "take them out",
-                )
+            yield Remark(
+                record.name,
+                f"{name} has {count} spikes ({100.0 * count / len(record):.2g} % of the "
+                "samples): they count as gap that nothing explains; check cable and ground, or "
+                "take them out",
             )
-    return remarks
 
 
 def spikes(column: FloatArray) -> npt.NDArray[np.bool_]:

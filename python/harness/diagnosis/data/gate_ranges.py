@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from types import MappingProxyType
 
 import numpy as np
@@ -15,6 +15,7 @@ from ...records.mapping import how_to_read
 from ...rigs import Rig
 from ...rigs.rig import MOST_SIGMAS
 from ..schema import Remark
+from .cylinder import full_speed
 from .floor import noise_floor
 
 # Within a hundredth of the stroke from an end, the rod counts as at that end. A mean shows a
@@ -60,50 +61,43 @@ def _nearest(scale: float, units: Mapping[str, float]) -> str | None:
     return unit if abs(math.log(units[unit] / scale)) < math.log(3.0) else None
 
 
-def check_command(record: Record, rig: Rig) -> list[Remark]:
+def check_command(record: Record, rig: Rig) -> Iterator[Remark]:
     """Checks whether the command exceeds the rated command, or is at it for a long time."""
     rated = rig.values.get("valve.rated_command_v")
     if rated is None:
-        return []
+        return
     size = np.abs(record.column("command_v"))
     largest = float(size.max())
     if largest > COMMAND_UNIT * rated:
-        return [
-            Remark(
-                record.name,
-                f"command_v goes up to {largest:.3g}, but {rated:g} V is the full opening: the "
-                "unit is wrong, or valve.rated_command_v of the rig; with per cent, rated is 100",
-                serious=True,
-            )
-        ]
-    remarks = []
+        yield Remark(
+            record.name,
+            f"command_v goes up to {largest:.3g}, but {rated:g} V is the full opening: the "
+            "unit is wrong, or valve.rated_command_v of the rig; with per cent, rated is 100",
+            serious=True,
+        )
+        return
     time_above = float(np.mean(size > (1.0 + COMMAND_BEYOND) * rated))
     time_at_limit = float(np.mean(size > (1.0 - COMMAND_BEYOND) * rated))
     if time_above > 0.0:
-        remarks.append(
-            Remark(
-                record.name,
-                f"command_v is beyond the rated {rated:g} V for {100.0 * time_above:.2g} % of the "
-                f"time (up to {largest:.3g} V): valves do not open further, the simulated one "
-                "does; check valve.rated_command_v",
-            )
+        yield Remark(
+            record.name,
+            f"command_v is beyond the rated {rated:g} V for {100.0 * time_above:.2g} % of the "
+            f"time (up to {largest:.3g} V): valves do not open further, the simulated one "
+            "does; check valve.rated_command_v",
         )
     elif time_at_limit > LIMIT_SHARE:
-        remarks.append(
-            Remark(
-                record.name,
-                f"the command is at its limit for {100.0 * time_at_limit:.0f} % of the time: there "
-                "it says little; take a smaller reference",
-            )
+        yield Remark(
+            record.name,
+            f"the command is at its limit for {100.0 * time_at_limit:.0f} % of the time: there "
+            "it says little; take a smaller reference",
         )
-    return remarks
 
 
-def check_position(record: Record, rig: Rig) -> list[Remark]:
+def check_position(record: Record, rig: Rig) -> Iterator[Remark]:
     """Checks that the position is in metres, within the stroke, and mostly away from its ends."""
     stroke = rig.values.get("cylinder.stroke_m")
     if stroke is None:
-        return []
+        return
     position = record.column("position_m")
     low, high = float(position.min()), float(position.max())
     excess = max(-low, high - stroke) / stroke
@@ -117,35 +111,28 @@ def check_position(record: Record, rig: Rig) -> list[Remark]:
             remedy = (
                 "cylinder.stroke_m of the rig file is too short, or the unit of the column is wrong"
             )
-        return [
-            Remark(
-                record.name,
-                f"position_m runs from {low:.4g} to {high:.4g}, the stroke from 0 to {stroke:g} m; "
-                f"{remedy}",
-                serious=True,
-            )
-        ]
-    remarks = []
+        yield Remark(
+            record.name,
+            f"position_m runs from {low:.4g} to {high:.4g}, the stroke from 0 to {stroke:g} m; "
+            f"{remedy}",
+            serious=True,
+        )
+        return
     if excess > BEYOND:
-        remarks.append(
-            Remark(
-                record.name,
-                f"the rod is {1e3 * excess * stroke:.2g} mm beyond an end of the stroke of "
-                f"{stroke:g} m: check the sensor's zero and cylinder.stroke_m",
-            )
+        yield Remark(
+            record.name,
+            f"the rod is {1e3 * excess * stroke:.2g} mm beyond an end of the stroke of "
+            f"{stroke:g} m: check the sensor's zero and cylinder.stroke_m",
         )
     zone = END_ZONE * stroke
     at_ends = float(np.mean((position < zone) | (position > stroke - zone)))
     if at_ends > AT_END:
-        remarks.append(
-            Remark(
-                record.name,
-                f"the rod is at an end of its stroke for {100.0 * at_ends:.2g} % of the time: "
-                "stops are not compared fairly; keep away from them",
-                serious=at_ends > AT_END_ALL,
-            )
+        yield Remark(
+            record.name,
+            f"the rod is at an end of its stroke for {100.0 * at_ends:.2g} % of the time: "
+            "stops are not compared fairly; keep away from them",
+            serious=at_ends > AT_END_ALL,
         )
-    return remarks
 
 
 def _length_unit(record: Record, rig: Rig, farthest: float) -> str | None:
@@ -173,42 +160,38 @@ def _speed_share(record: Record, rig: Rig) -> float:
     if position.size <= step:
         return math.nan
     speed = (position[step:] - position[:-step]) / (step * dt_s)
-    # Without load about half of the pressure is lost at each metering edge.
-    drop = 0.5 * (values["supply.pressure_pa"] - values["supply.tank_pressure_pa"])
-    flow = values["valve.rated_flow_m3_s"] * math.sqrt(
-        drop / values["valve.rated_pressure_drop_pa"]
-    )
-    full = flow / (0.25 * math.pi * values["cylinder.bore_m"] ** 2)
     opening = np.clip(command / values["valve.rated_command_v"], -1.0, 1.0)
-    expected = full * float(np.sqrt(np.mean(opening**2)))
+    expected = full_speed(values) * float(np.sqrt(np.mean(opening**2)))
     return float(np.sqrt(np.mean(speed**2))) / expected if expected > 0.0 else math.nan
 
 
-def check_pressures(record: Record, rig: Rig) -> list[Remark]:
+def check_pressures(record: Record, rig: Rig) -> Iterator[Remark]:
     """Checks that pressures are in Pa, absolute, above vacuum, and possible with the supply."""
     supply = rig.values.get("supply.pressure_pa")
-    if supply is None:
-        return []
-    names = [name for name in (*CHAMBER_PRESSURES, SUPPLY_PRESSURE) if name in record.columns]
-    remarks: list[Remark] = []
-    for name in names:
-        remarks += _pressure(record, rig, name, supply)
-    if any(remark.serious for remark in remarks) or SUPPLY_PRESSURE not in names:
-        return remarks
+    if supply is not None:
+        for name in (*CHAMBER_PRESSURES, SUPPLY_PRESSURE):
+            if name in record.columns:
+                yield from _pressure(record, rig, name, supply)
+
+
+def check_supply(record: Record, rig: Rig) -> Iterator[Remark]:
+    """Compares a measured supply with the rig, where the units of all pressures are right."""
+    supply = rig.values.get("supply.pressure_pa")
+    if supply is None or SUPPLY_PRESSURE not in record.columns:
+        return
+    if any(remark.serious for remark in check_pressures(record, rig)):
+        return
     measured = float(np.median(record.column(SUPPLY_PRESSURE)))
     deviation = measured / supply - 1.0
     if abs(deviation) > MOST_SIGMAS * rig.sigma("supply.pressure_pa"):
-        remarks.append(
-            Remark(
-                record.name,
-                f"the supply is measured at {measured:.4g} Pa, the rig says {supply:.4g} Pa "
-                f"({100.0 * deviation:+.0f} %), beyond its uncertainty; correct supply.pressure_pa",
-            )
+        yield Remark(
+            record.name,
+            f"the supply is measured at {measured:.4g} Pa, the rig says {supply:.4g} Pa "
+            f"({100.0 * deviation:+.0f} %), beyond its uncertainty; correct supply.pressure_pa",
         )
-    return remarks
 
 
-def _pressure(record: Record, rig: Rig, name: str, supply: float) -> list[Remark]:
+def _pressure(record: Record, rig: Rig, name: str, supply: float) -> Iterator[Remark]:
     pressure = record.column(name)
     low, top = float(pressure.min()), float(np.quantile(pressure, 0.99))
     if top < PRESSURE_UNIT * supply:
@@ -220,14 +203,12 @@ def _pressure(record: Record, rig: Rig, name: str, supply: float) -> list[Remark
             if unit
             else "check the sensor and the unit"
         )
-        return [
-            Remark(
-                record.name,
-                f"{name} goes up to {top:.3g} Pa, the supply has {supply:.3g} Pa; {remedy}",
-                serious=True,
-            )
-        ]
-    remarks = []
+        yield Remark(
+            record.name,
+            f"{name} goes up to {top:.3g} Pa, the supply has {supply:.3g} Pa; {remedy}",
+            serious=True,
+        )
+        return
     # Noise also makes values below zero where the oil is near vacuum.
     if low < -VACUUM_FLOORS * noise_floor(pressure).value:
         gauge = low > -1.05 * ATMOSPHERE_PA
@@ -236,12 +217,10 @@ def _pressure(record: Record, rig: Rig, name: str, supply: float) -> list[Remark
             if gauge
             else "check the sensor's zero and sign"
         )
-        remarks.append(
-            Remark(
-                record.name,
-                f"{name} goes down to {low:.3g} Pa, absolute pressure cannot; {remedy}",
-                serious=not gauge,
-            )
+        yield Remark(
+            record.name,
+            f"{name} goes down to {low:.3g} Pa, absolute pressure cannot; {remedy}",
+            serious=not gauge,
         )
     # A pulling load can raise the pressure of one chamber above the supply pressure: at standstill,
     # by the ratio of the areas at most.
@@ -251,12 +230,9 @@ def _pressure(record: Record, rig: Rig, name: str, supply: float) -> list[Remark
         np.mean(pressure > (1.0 + MOST_SIGMAS * rig.sigma("supply.pressure_pa")) * largest_possible)
     )
     if time_above > BEYOND_SHARE and name in CHAMBER_PRESSURES:
-        remarks.append(
-            Remark(
-                record.name,
-                f"{name} is above what a supply of {supply:.4g} Pa gives for "
-                f"{100.0 * time_above:.2g} % of the time; check the sensor's range and "
-                "supply.pressure_pa",
-            )
+        yield Remark(
+            record.name,
+            f"{name} is above what a supply of {supply:.4g} Pa gives for "
+            f"{100.0 * time_above:.2g} % of the time; check the sensor's range and "
+            "supply.pressure_pa",
         )
-    return remarks

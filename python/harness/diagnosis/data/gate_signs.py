@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -14,7 +15,7 @@ from ...records import Record
 from ...records.mapping import how_to_exchange
 from ...rigs import Rig
 from ..schema import Remark
-from .oil_spring import oil_spring_hz
+from .cylinder import areas, oil_spring_hz
 from .sensor_floor import SPRING_HIDES_NOISE
 
 # With a correlation of command and speed below minus this value, the signs are certainly opposite.
@@ -29,7 +30,7 @@ EXCHANGED = 0.3
 # be certain, a false one may occur in some ten thousand records only. The deviations come from this
 # many blocks of a record.
 PORTS_DEVIATIONS = 4.0
-PORTS_BLOCKS = 10
+BLOCKS = 10
 
 
 def _slopes(record: Record, order: int) -> FloatArray:
@@ -70,67 +71,83 @@ def correlation(first: FloatArray, second: FloatArray) -> float:
     return float(a @ b / size) if size > 0.0 else 0.0
 
 
-def check_directions(record: Record, rig: Rig) -> list[Remark]:
+def jackknife(terms: FloatArray, force: FloatArray) -> tuple[FloatArray, list[FloatArray]]:
+    """Weights of least squares, from all samples and from all but each of BLOCKS blocks.
+
+    Neighbouring samples are not independent; blocks of a tenth of the record nearly are (B. Efron,
+    The Jackknife, the Bootstrap and Other Resampling Plans, SIAM 1982).
+
+    Parameters
+    ----------
+    terms, force
+        shape (N, n) and (N,), terms of order one.
+    """
+    blocks = np.array_split(np.arange(force.size), BLOCKS)
+    squares = [terms[block].T @ terms[block] for block in blocks]
+    products = [terms[block].T @ force[block] for block in blocks]
+
+    def weights(left_out: int | None) -> FloatArray:
+        kept = [index for index in range(BLOCKS) if index != left_out]
+        square = np.sum([squares[index] for index in kept], axis=0)
+        product = np.sum([products[index] for index in kept], axis=0)
+        return np.asarray(np.linalg.lstsq(square, product, rcond=1e-12)[0])
+
+    return weights(None), [weights(index) for index in range(BLOCKS)]
+
+
+def check_directions(record: Record, rig: Rig) -> Iterator[Remark]:
     """Checks that a positive command extends the rod, by the correlation of command and speed."""
     command, speed = record.column("command_v"), _slopes(record, 1)
     if np.ptp(command) == 0.0 or np.ptp(speed) == 0.0:
-        return []
+        return
     # The means are subtracted, because the mean command may hold a load.
     coefficient = correlation(command, speed)
     if coefficient > -OPPOSITE:
-        return []
-    return [
-        Remark(
-            record.name,
-            f"the rod moves against the command (correlation {coefficient:.2f}): position counts "
-            "from the cap end, and a positive command must extend; change the sign of one of them",
-            serious=True,
-        )
-    ]
+        return
+    yield Remark(
+        record.name,
+        f"the rod moves against the command (correlation {coefficient:.2f}): position counts "
+        "from the cap end, and a positive command must extend; change the sign of one of them",
+        serious=True,
+    )
 
 
-def check_ports(record: Record, rig: Rig) -> list[Remark]:
+def check_ports(record: Record, rig: Rig) -> Iterator[Remark]:
     """Compares the force balance with the pressures as named and with the pressures exchanged.
 
     They are exchanged for certain only where the columns as named contradict mechanics and the
     other way round agrees with it: a load has a positive mass, and its friction takes power.
     """
     if rig.plant != "ehs" or any(name not in record.columns for name in CHAMBER_PRESSURES):
-        return []
+        return
     p_a, p_b = (record.column(name) for name in CHAMBER_PRESSURES)
     if np.ptp(p_a) == 0.0 or np.ptp(p_b) == 0.0 or np.ptp(record.column("position_m")) == 0.0:
-        return []
+        return
     spring_hz = oil_spring_hz(rig)
     assert record.dt_s is not None
     if spring_hz is not None and spring_hz * record.dt_s > SPRING_HIDES_NOISE:
-        return []  # the positions do not show the acceleration that the pressures cause
-    cap = 0.25 * np.pi * rig.values["cylinder.bore_m"] ** 2
-    annulus = cap - 0.25 * np.pi * rig.values["cylinder.rod_m"] ** 2
+        return  # the positions do not show the acceleration that the pressures cause
+    cap, annulus = areas(rig.values)
     as_named = _balance(record, cap * p_a - annulus * p_b)
     exchanged = _balance(record, cap * p_b - annulus * p_a)
     fits_better = exchanged.residual < EXCHANGED * as_named.residual
     contradicts = max(as_named.mass, as_named.friction) < -PORTS_DEVIATIONS
     agrees = exchanged.mass > PORTS_DEVIATIONS and exchanged.friction > -PORTS_DEVIATIONS
     if agrees and (fits_better or (contradicts and exchanged.friction > PORTS_DEVIATIONS)):
-        return [
-            Remark(
-                record.name,
-                "pressure_a_pa and pressure_b_pa are exchanged: only the other way round do they "
-                "balance the motion; A is the cap side. Exchange the two columns: "
-                f"{how_to_exchange(record, rig.columns, *CHAMBER_PRESSURES)}",
-                serious=True,
-            )
-        ]
-    if min(as_named.mass, as_named.friction) < -PORTS_DEVIATIONS:
-        return [
-            Remark(
-                record.name,
-                "the net force of pressure_a_pa and pressure_b_pa acts against the motion, as if "
-                "the load had a negative mass or its friction gave power; check which pressure is "
-                "which, and the bore and the rod in the rig file",
-            )
-        ]
-    return []
+        yield Remark(
+            record.name,
+            "pressure_a_pa and pressure_b_pa are exchanged: only the other way round do they "
+            "balance the motion; A is the cap side. Exchange the two columns: "
+            f"{how_to_exchange(record, rig.columns, *CHAMBER_PRESSURES)}",
+            serious=True,
+        )
+    elif min(as_named.mass, as_named.friction) < -PORTS_DEVIATIONS:
+        yield Remark(
+            record.name,
+            "the net force of pressure_a_pa and pressure_b_pa acts against the motion, as if "
+            "the load had a negative mass or its friction gave power; check which pressure is "
+            "which, and the bore and the rod in the rig file",
+        )
 
 
 @dataclass(frozen=True)
@@ -145,10 +162,7 @@ class _Balance:
 def _balance(record: Record, force: FloatArray) -> _Balance:
     """Fits the force balance, with the deviations of a jackknife over blocks of the record.
 
-        m a + b v + F_c sgn v + k y + F_0 = F,   power of friction = mean of (b v + F_c sgn v) v
-
-    Neighbouring samples are not independent; blocks of a tenth of the record nearly are (B. Efron,
-    The Jackknife, the Bootstrap and Other Resampling Plans, SIAM 1982).
+    m a + b v + F_c sgn v + k y + F_0 = F,   power of friction = mean of (b v + F_c sgn v) v
     """
     speed, acceleration = _slopes(record, 1), _slopes(record, 2)
     terms = np.column_stack(
@@ -157,21 +171,13 @@ def _balance(record: Record, force: FloatArray) -> _Balance:
     size = np.abs(terms).max(axis=0)
     terms = terms / np.where(size > 0.0, size, 1.0)
     scaled_force = force / np.abs(force).max()
-    blocks = np.array_split(np.arange(len(record)), PORTS_BLOCKS)
-    squares = [terms[block].T @ terms[block] for block in blocks]
-    products = [terms[block].T @ scaled_force[block] for block in blocks]
     power = np.array([np.mean(terms[:, 1] * speed), np.mean(terms[:, 2] * speed)])
+    whole, parts = jackknife(terms, scaled_force)
 
-    def results(left_out: int | None) -> FloatArray:
-        kept = [index for index in range(PORTS_BLOCKS) if index != left_out]
-        square = np.sum([squares[index] for index in kept], axis=0)
-        product = np.sum([products[index] for index in kept], axis=0)
-        weights = np.linalg.lstsq(square, product, rcond=1e-12)[0]
-        return np.array([weights[0], power @ weights[1:3], *weights], dtype=np.float64)
+    def signs(weights: FloatArray) -> FloatArray:
+        return np.array([weights[0], power @ weights[1:3]])
 
-    whole = results(None)
-    parts = np.array([results(index)[:2] for index in range(PORTS_BLOCKS)])
-    deviations = np.sqrt((PORTS_BLOCKS - 1) * np.var(parts, axis=0))
-    mass, friction = whole[:2] / np.maximum(deviations, 1e-300)
-    residual = float(np.std(scaled_force - terms @ whole[2:]) * np.abs(force).max())
+    deviations = np.sqrt((BLOCKS - 1) * np.var([signs(part) for part in parts], axis=0))
+    mass, friction = signs(whole) / np.maximum(deviations, 1e-300)
+    residual = float(np.std(scaled_force - terms @ whole) * np.abs(force).max())
     return _Balance(residual, float(mass), float(friction))

@@ -7,7 +7,6 @@ flow is none: it is an effect of the catalogue, and stays above SUPPLY_LOW.
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -19,6 +18,7 @@ from ...catalogue.channels import CHAMBER_PRESSURES, SUPPLY_PRESSURE
 from ...records import Record
 from ...rigs import Rig
 from ..schema import Remark
+from .cylinder import full_speed
 from .gate_ranges import PRESSURE_UNIT
 
 # The supply is down below this share of its pressure for this time, and up again from SUPPLY_AGAIN
@@ -110,15 +110,9 @@ class _Motion:
     def of(cls, record: Record, rig: Rig) -> _Motion:
         assert record.dt_s is not None
         values = rig.values
-        # Without load about half of the pressure is lost at each metering edge.
-        drop = 0.5 * (values["supply.pressure_pa"] - values["supply.tank_pressure_pa"])
-        flow = values["valve.rated_flow_m3_s"] * math.sqrt(
-            drop / values["valve.rated_pressure_drop_pa"]
-        )
-        full = flow / (0.25 * math.pi * values["cylinder.bore_m"] ** 2)
         opening = np.clip(record.column("command_v") / values["valve.rated_command_v"], -1.0, 1.0)
         position = _smoothed(record.column("position_m"), record.dt_s)
-        speed = _smoothed(np.gradient(position, record.dt_s), record.dt_s) / full
+        speed = _smoothed(np.gradient(position, record.dt_s), record.dt_s) / full_speed(values)
         return cls(_smoothed(opening, record.dt_s), speed)
 
 

@@ -8,8 +8,8 @@ import numpy as np
 from ...catalogue.channels import CHAMBER_PRESSURES, CHANNELS
 from ...records import Record
 from ...rigs import Rig
+from .cylinder import oil_spring_hz
 from .floor import REST_WINDOWS, NoiseFloor, floor_of
-from .oil_spring import oil_spring_hz
 from .repeats import repeat_errors
 from .rest import rest_errors
 

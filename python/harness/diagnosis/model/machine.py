@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 
 import ehsid
 
@@ -42,12 +41,6 @@ def machine_scale(rig: Rig) -> ehsid.MachineScale:
         stroke_m=v[STROKE],
         has_valve=True,
     )
-
-
-def areas(values: Mapping[str, float]) -> tuple[float, float]:
-    """Areas of the piston on the cap side and on the rod side, m^2."""
-    cap = 0.25 * math.pi * values["cylinder.bore_m"] ** 2
-    return cap, cap - 0.25 * math.pi * values["cylinder.rod_m"] ** 2
 
 
 def effect_starts(effect: str, rig: Rig) -> list[dict[str, float]]:

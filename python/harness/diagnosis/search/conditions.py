@@ -13,9 +13,9 @@ from ...base.arrays import FloatArray
 from ...base.plain_number import plain_number
 from ...rigs import Rig
 from ...signals.simulation import command_limit, measured_states
+from ..data.cylinder import areas
 from ..data.regimes import NEAR_NULL, SLOW_SHARE
 from ..model.comparison import Compared
-from ..model.machine import areas
 
 # Smallest reversals that count, share of the range of the signal, as in `regimes`. AFTER_TURN_S is
 # the time after a reversal in which a servo settles: some periods of its oil spring.

@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 from sources import ROOT
 
+from ehsid.harness.diagnosis.data.cylinder import oil_spring_hz
 from ehsid.harness.diagnosis.data.floor import floor_of
-from ehsid.harness.diagnosis.data.oil_spring import oil_spring_hz
 from ehsid.harness.diagnosis.data.sensor_floor import (
     DESIGN_PRESSURE_NOISE,
     NOISE_OF_RANGE,

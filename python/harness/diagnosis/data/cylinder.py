@@ -1,11 +1,28 @@
 # SPDX-License-Identifier: MIT
-"""Natural frequency of a machine on its oil spring, from the values in the rig file."""
+"""What follows from the values of a cylinder and its valve: areas, full speed, oil spring."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 
 from ...rigs import Rig
+
+
+def areas(values: Mapping[str, float]) -> tuple[float, float]:
+    """Areas of the piston on the cap side and on the rod side, m^2."""
+    cap = 0.25 * math.pi * values["cylinder.bore_m"] ** 2
+    return cap, cap - 0.25 * math.pi * values["cylinder.rod_m"] ** 2
+
+
+def full_speed(values: Mapping[str, float]) -> float:
+    """Speed of the rod with a fully open valve and without load, m/s."""
+    # Without load about half of the pressure is lost at each metering edge.
+    drop = 0.5 * (values["supply.pressure_pa"] - values["supply.tank_pressure_pa"])
+    flow = values["valve.rated_flow_m3_s"] * math.sqrt(
+        drop / values["valve.rated_pressure_drop_pa"]
+    )
+    return flow / (0.25 * math.pi * values["cylinder.bore_m"] ** 2)
 
 
 def oil_spring_hz(rig: Rig) -> float | None:
@@ -18,8 +35,7 @@ def oil_spring_hz(rig: Rig) -> float | None:
         square = 4.0 * v["linear.bulk_modulus_pa"] * v["linear.area_m2"] ** 2
         square /= v["linear.volume_m3"] * v["linear.mass_kg"]
         return math.sqrt(square) / (2.0 * math.pi)
-    cap = 0.25 * math.pi * v["cylinder.bore_m"] ** 2
-    annulus = cap - 0.25 * math.pi * v["cylinder.rod_m"] ** 2
+    cap, annulus = areas(v)
     half = 0.5 * v["cylinder.stroke_m"]
     # omega^2 = beta (A_a^2 / V_a + A_b^2 / V_b) / m: the two chambers are springs side by side.
     stiffness = v["fluid.bulk_modulus_pa"] * (
