@@ -38,7 +38,11 @@ struct SlidingSum {
     return tail + (head + value);
   }
 
-  void push(Scalar value) {
+  /// Takes a value in; nothing changes where `where` is false.
+  void push(Scalar value, bool where = true) {
+    if (!where) {
+      return;
+    }
     slots[static_cast<std::size_t>(next)] = value;
     head += value;
     ++next;
@@ -51,6 +55,13 @@ struct SlidingSum {
       }
       head = Scalar(0);
       next = 0;
+    }
+  }
+
+  /// Empty again.
+  void restart(bool where = true) {
+    if (where) {
+      *this = {};
     }
   }
 

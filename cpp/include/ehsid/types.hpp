@@ -100,8 +100,6 @@ using SquareMatrix =
 
 // Many estimators at once, see bank/: the same equations with the same constants.
 namespace bank {
-template <class Policy, class V>
-struct LanesOf;
 template <class Recursion, class V>
 class Recursions;
 template <class Estimator, class V>

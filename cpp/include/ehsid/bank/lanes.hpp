@@ -186,6 +186,17 @@ struct alignas(kWidth_ * sizeof(Number_)) Lanes {
   }
 };
 
+template <class Word, int kWidth>
+EHSID_ALWAYS_INLINE inline Mask<Word, kWidth> both(const Mask<Word, kWidth>& a,
+                                                   const Mask<Word, kWidth>& b) {
+  return a & b;
+}
+template <class Word, int kWidth>
+EHSID_ALWAYS_INLINE inline Mask<Word, kWidth> either(const Mask<Word, kWidth>& a,
+                                                     const Mask<Word, kWidth>& b) {
+  return a | b;
+}
+
 /// a where the mask is true, else b.
 template <class Number, int kWidth>
 EHSID_ALWAYS_INLINE inline Lanes<Number, kWidth> select(const Mask<Whole<Number>, kWidth>& mask,

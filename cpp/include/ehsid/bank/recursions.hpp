@@ -22,7 +22,7 @@ class Recursions {
   static constexpr int kWidth = V::kWidth;
   using Regressors = Array<V, kN>;
   using Factors = UdFactors<V, kN>;
-  using Policy = LanesOf<typename Recursion::Forgetting, V>;
+  using Policy = PolicyOver<typename Recursion::Forgetting, V>;
   /// Is there a form of its own for ordinary samples? Where sizes are chosen at run time, it takes longer to compile than
   /// is worth it.
   static constexpr bool kTriesOrdinary = kN > 0;
@@ -51,7 +51,7 @@ class Recursions {
       now.waited.set(lane, state.account.waiting.waited);
     }
     ordinary_ = false;
-    forgetting_.set(lane, state.forgetting);
+    set_policy(forgetting_, lane, state.forgetting);
     margin_.set(lane, one.information_margin());
     given_margin_.set(lane, one.options_.information_margin);
     ceiling_.set(lane, one.options_.covariance_ceiling);
@@ -68,7 +68,7 @@ class Recursions {
     get_array(now().remainder, lane, state.remainder);
     get_array(now().factors.d, lane, state.factors.d);
     get_array(now().factors.u, lane, state.factors.u);
-    forgetting_.get(lane, state.forgetting);
+    get_policy(forgetting_, lane, state.forgetting);
     get_array(now().gain, lane, state.gain);
     state.innovation = now().innovation[lane];
     state.forgetting_factor = now().forgetting_factor[lane];
@@ -388,7 +388,7 @@ class Recursions {
     put(next.weight, weight, old.weight);
     put(next.weight_square, smaller(lambda.after * lambda.after * squares, weight),
         old.weight_square);
-    forgetting_.accept(kept, evidence);
+    forgetting_.accept(evidence, kept);
     now_ = 1 - now_;
     return ordinary;
   }

@@ -56,7 +56,7 @@ struct SlidingSums {
     return tail + (head + value);
   }
 
-  EHSID_ALWAYS_INLINE void push(const typename V::Truth& where, const V& value) {
+  EHSID_ALWAYS_INLINE void push(const V& value, const typename V::Truth& where) {
     if (together()) {
       V& slot = slots[static_cast<std::size_t>(next[0])];
       slot = select(where, value, slot);

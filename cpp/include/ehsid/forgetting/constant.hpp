@@ -2,6 +2,7 @@
 #pragma once
 
 #include <ehsid/forgetting/evidence.hpp>
+#include <ehsid/forgetting/select.hpp>
 #include <ehsid/forgetting/settings.hpp>
 
 namespace ehsid {
@@ -14,14 +15,17 @@ namespace ehsid {
 /// Guarantee: the estimate minimises sum lambda^(k-i) e(i)^2 over the samples used, plus the prior.
 /// Cost: none. Memory: 1 / (1 - lambda) samples.
 /// Default: 0.99, the paper's comparison case. lambda = 1 is ordinary least squares.
-template <class Scalar>
+template <class T>
 struct Constant {
+  using Scalar = ScalarOf<T>;
+  template <class Lanes>
+  using Over = Constant<Lanes>;
   static constexpr std::uint32_t kId = 1;
   static constexpr bool kFollowsErrors = false;
   static constexpr PolicyInfo kInfo{"constant", "Constant", "constant forgetting factor",
                                     "Eq. (13)"};
 
-  Scalar lambda = Scalar(0.99);
+  T lambda = T(Scalar(0.99));
 
   template <class Visit>
   static constexpr void settings(Visit visit) {
@@ -33,12 +37,13 @@ struct Constant {
   }
 
   bool valid() const { return settings_valid(*this); }
-  Scalar loss() const { return Scalar(1) - lambda; }
-  void restart() {}
-  ForgettingFactors<Scalar> peek(const Evidence<Scalar>& /*evidence*/) const {
-    return {lambda, Scalar(1)};
+  EHSID_ALWAYS_INLINE T loss() const { return T(1) - lambda; }
+  EHSID_ALWAYS_INLINE void restart(TruthOf<T> /*where*/ = TruthOf<T>(true)) {}
+  EHSID_ALWAYS_INLINE ForgettingFactors<T> peek(const Evidence<T>& /*evidence*/) const {
+    return {lambda, T(1)};
   }
-  void accept(const Evidence<Scalar>& /*evidence*/) {}
+  EHSID_ALWAYS_INLINE void accept(const Evidence<T>& /*evidence*/,
+                                  TruthOf<T> /*where*/ = TruthOf<T>(true)) {}
 };
 
 }  // namespace ehsid

@@ -2,7 +2,10 @@
 #pragma once
 
 #include <ehsid/forgetting/evidence.hpp>
+#include <ehsid/forgetting/select.hpp>
 #include <ehsid/forgetting/settings.hpp>
+
+#include <limits>
 
 namespace ehsid {
 
@@ -21,19 +24,23 @@ namespace ehsid {
 /// departure from the paper, which has the user give it: the mean of (1 - phi' K) epsilon^2 over about N0 samples, from
 /// the 20th on, which rises by no more than a sixteenth in a step, so that the errors of a changed plant do not pass for
 /// noise. The estimator's residual variance would: as the memory gets short, it follows these errors at once.
-template <class Scalar>
+template <class T>
 struct ErrorDriven {
+  using Scalar = ScalarOf<T>;
+  using Count = CountOf<T>;
+  template <class Lanes>
+  using Over = ErrorDriven<Lanes>;
   static constexpr std::uint32_t kId = 3;
   static constexpr bool kFollowsErrors = true;
   static constexpr PolicyInfo kInfo{"error_driven", "ErrorDriven",
                                     "a large error shortens the memory",
                                     "Fortescue, Kershenbaum, Ydstie 1981"};
 
-  Scalar memory = Scalar(100);  // N0
-  Scalar lambda_min = Scalar(0.5);
-  Scalar noise_variance = Scalar(0);  // sigma0^2
-  Scalar mean_square = Scalar(0);     // the own estimate of it, state
-  std::int32_t seen = 0;              // samples since the restart, up to kMostSeen
+  T memory = T(100);  // N0
+  T lambda_min = T(Scalar(0.5));
+  T noise_variance = T(0);  // sigma0^2
+  T mean_square = T(0);     // the own estimate of it, state
+  Count seen = Count(0);    // samples since the restart, up to kMostSeen
 
   template <class Visit>
   EHSID_ALWAYS_INLINE static constexpr void fields(Visit visit) {
@@ -59,54 +66,54 @@ struct ErrorDriven {
   }
   /// The mean loss a step by design; not that of this step, or the choice of samples to skip would depend on
   /// their errors and bias the residual variance.
-  Scalar loss() const { return Scalar(1) / memory; }
-  void restart() {
-    mean_square = Scalar(0);
-    seen = 0;
+  EHSID_ALWAYS_INLINE T loss() const { return T(1) / memory; }
+  EHSID_ALWAYS_INLINE void restart(TruthOf<T> where = TruthOf<T>(true)) {
+    mean_square = select(where, T(0), mean_square);
+    seen = select(where, Count(0), seen);
   }
-  ForgettingFactors<Scalar> peek(const Evidence<Scalar>& evidence) const {
-    const bool given = noise_variance > Scalar(0);
-    if (!given && seen < kFirst) {
-      return {Scalar(1), Scalar(1)};
+  EHSID_ALWAYS_INLINE ForgettingFactors<T> peek(const Evidence<T>& evidence) const {
+    const TruthOf<T> given = noise_variance > T(0);
+    const TruthOf<T> known = either(given, seen >= Count(kFirst));
+    T after(1);
+    if (any(known)) {
+      const T allowance = select(given, noise_variance, mean_square) * memory;
+      const T error = posterior_square(evidence);
+      const TruthOf<T> small = error < (T(1) - lambda_min) * allowance;
+      after = select(allowance > T(0), lambda_min, after);
+      if (any(small)) {
+        after = select(small, T(1) - error / allowance, after);
+      }
+      after = select(known, after, T(1));
     }
-    const Scalar variance = given ? noise_variance : mean_square;
-    const Scalar error = posterior_square(evidence);
-    const Scalar allowance = variance * memory;
-    if (!(error < (Scalar(1) - lambda_min) * allowance)) {
-      return {Scalar(1), allowance > Scalar(0) ? lambda_min : Scalar(1)};
-    }
-    return {Scalar(1), Scalar(1) - error / allowance};
+    return {T(1), after};
   }
-  void accept(const Evidence<Scalar>& evidence) {
-    const auto samples = Scalar(seen + 1);
-    const Scalar rate = Scalar(1) / (samples < memory ? samples : memory);
-    Scalar step = rate * (posterior_square(evidence) - mean_square);
-    if (seen >= kFirst && mean_square > Scalar(0)) {
-      const Scalar outlier = kMostSquare * rate;
-      const Scalar most = mean_square * (outlier > kMostRise ? outlier : kMostRise);
-      step = step < most ? step : most;
-    }
-    mean_square += step;
-    seen = seen < kMostSeen ? seen + 1 : kMostSeen;
+  EHSID_ALWAYS_INLINE void accept(const Evidence<T>& evidence,
+                                  TruthOf<T> where = TruthOf<T>(true)) {
+    const T samples = static_cast<T>(seen + Count(1));
+    const T rate = T(1) / smaller(samples, memory);
+    const T most = mean_square * larger(T(kMostSquare) * rate, T(kMostRise));
+    const T unlimited(std::numeric_limits<Scalar>::infinity());
+    const TruthOf<T> limited = both(seen >= Count(kFirst), mean_square > T(0));
+    const T step = smaller(rate * (posterior_square(evidence) - mean_square),
+                           select(limited, most, unlimited));
+    mean_square = select(where, mean_square + step, mean_square);
+    seen = select(both(where, seen < Count(kMostSeen)), seen + Count(1), seen);
   }
 
  private:
-  template <class, class>
-  friend struct bank::LanesOf;
-
-  static constexpr std::int32_t kFirst =
-      20;  // samples before the mean of their squares says something
-  static constexpr std::int32_t kMostSeen = 1 << 20;  // where the count stops
+  static constexpr int kFirst = 20;  // samples before the mean of their squares says something
+  static constexpr int kMostSeen = 1 << 20;  // where the count stops
   static constexpr Scalar kMostRise = Scalar(1) / Scalar(16);
   static constexpr Scalar kMostSquare = Scalar(8);  // what a square may add, in units of the mean
 
   static constexpr Scalar kMost = Scalar(1e18);  // its square and sums of it are finite
 
-  /// (1 - phi' K) epsilon^2, at most kMost, with 1 - phi' K = 1 / (1 + phi' P phi): K is the gain of the step before forgetting.
-  static Scalar posterior_square(const Evidence<Scalar>& evidence) {
-    const Scalar s = evidence.regressor_variance;
-    const Scalar square = evidence.innovation * evidence.innovation / (Scalar(1) + s);
-    return square < kMost ? square : kMost;
+  /// (1 - phi' K) epsilon^2, at most kMost, with 1 - phi' K = 1 / (1 + phi' P phi): K is the gain of the step before
+  /// forgetting.
+  EHSID_ALWAYS_INLINE static T posterior_square(const Evidence<T>& evidence) {
+    const T square =
+        evidence.innovation * evidence.innovation / (T(1) + evidence.regressor_variance);
+    return smaller(square, T(kMost));
   }
 };
 

@@ -2,7 +2,9 @@
 #pragma once
 
 #include <ehsid/forgetting/evidence.hpp>
+#include <ehsid/forgetting/select.hpp>
 #include <ehsid/forgetting/settings.hpp>
+
 #include <limits>
 
 namespace ehsid {
@@ -15,19 +17,22 @@ namespace ehsid {
 /// becomes ordinary least squares; it does not follow a plant that changes later without a reset.
 /// Cost: one multiplication and one addition.
 /// Default: lambda0 = 0.99, lambda(0) = 0.95 (Ljung & Soderstrom 1983, sec. 5.6); the paper names neither.
-template <class Scalar>
+template <class T>
 struct Exponential {
+  using Scalar = ScalarOf<T>;
+  template <class Lanes>
+  using Over = Exponential<Lanes>;
   static constexpr std::uint32_t kId = 2;
   static constexpr bool kFollowsErrors = false;
   static constexpr PolicyInfo kInfo{
       "exponential", "Exponential",
       "lambda tends to one; does not follow later changes without a reset", "Eq. (15)"};
 
-  Scalar lambda0 = Scalar(0.99);
-  Scalar lambda_initial = Scalar(0.95);  // lambda(0)
-  // 1 - lambda(k), state; 1 where lambda_initial is too small for a difference. Kept instead of lambda: a float32 lambda stops short of one, at 1 - 3e-6 for
-  // lambda0 = 0.99, where its steps round to nothing.
-  Scalar deficit = Scalar(1) - Scalar(0.95);
+  T lambda0 = T(Scalar(0.99));
+  T lambda_initial = T(Scalar(0.95));  // lambda(0)
+  // 1 - lambda(k), state; 1 where lambda_initial is too small for a difference. Kept instead of lambda: a float32 lambda
+  // stops short of one, at 1 - 3e-6 for lambda0 = 0.99, where its steps round to nothing.
+  T deficit = T(Scalar(1) - Scalar(0.95));
 
   template <class Visit>
   EHSID_ALWAYS_INLINE static constexpr void fields(Visit visit) {
@@ -47,18 +52,23 @@ struct Exponential {
   bool valid() const {
     return settings_valid(*this) && deficit >= Scalar(0) && deficit <= Scalar(1);
   }
-  void restart() { deficit = Scalar(1) - lambda_initial; }
-  Scalar loss() const { return next(); }
-  ForgettingFactors<Scalar> peek(const Evidence<Scalar>& /*evidence*/) const {
-    return {Scalar(1) - next(), Scalar(1)};
+  EHSID_ALWAYS_INLINE void restart(TruthOf<T> where = TruthOf<T>(true)) {
+    deficit = select(where, T(1) - lambda_initial, deficit);
   }
-  void accept(const Evidence<Scalar>& /*evidence*/) { deficit = next(); }
+  EHSID_ALWAYS_INLINE T loss() const { return next(); }
+  EHSID_ALWAYS_INLINE ForgettingFactors<T> peek(const Evidence<T>& /*evidence*/) const {
+    return {T(1) - next(), T(1)};
+  }
+  EHSID_ALWAYS_INLINE void accept(const Evidence<T>& /*evidence*/,
+                                  TruthOf<T> where = TruthOf<T>(true)) {
+    deficit = select(where, next(), deficit);
+  }
 
  private:
-  Scalar next() const {
+  EHSID_ALWAYS_INLINE T next() const {
     // (15): 1 - lambda(k) = lambda0 (1 - lambda(k-1)); nothing once lambda rounds to one
-    const Scalar shrunk = lambda0 * deficit;
-    return shrunk > std::numeric_limits<Scalar>::epsilon() / Scalar(4) ? shrunk : Scalar(0);
+    const T shrunk = lambda0 * deficit;
+    return select(shrunk > T(std::numeric_limits<Scalar>::epsilon() / Scalar(4)), shrunk, T(0));
   }
 };
 

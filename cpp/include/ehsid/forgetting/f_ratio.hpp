@@ -2,8 +2,8 @@
 #pragma once
 
 #include <ehsid/forgetting/evidence.hpp>
+#include <ehsid/forgetting/select.hpp>
 #include <ehsid/forgetting/settings.hpp>
-#include <ehsid/sliding_sum.hpp>
 
 #include <cmath>
 
@@ -21,8 +21,12 @@ namespace ehsid {
 /// the errors stay alike nothing is forgotten, so nothing winds up either.
 /// Cost: two additions each window, a division, a square root; memory kShort + kLong numbers.
 /// Default: windows 10 and 100; F_crit = 3.30, the 0.1 % point of F(10, 100); eta = 2.
-template <class Scalar, int kShort = 10, int kLong = 100>
+template <class T, int kShort = 10, int kLong = 100>
 struct FRatio {
+  using Scalar = ScalarOf<T>;
+  using Count = CountOf<T>;
+  template <class Lanes>
+  using Over = FRatio<Lanes, kShort, kLong>;
   static_assert(kShort < kLong, "the short window must be shorter than the long one");
   static constexpr std::uint32_t kId = 4;
   static constexpr bool kFollowsErrors = true;
@@ -31,11 +35,11 @@ struct FRatio {
       "forgets where recent errors (10 samples) significantly exceed older ones (100 samples)",
       "Mohseni, Bernstein 2022; Bruce, Goel, Bernstein 2020"};
 
-  Scalar eta = Scalar(2);
-  Scalar critical_ratio = Scalar(3.3);  // F_crit
-  SlidingSum<Scalar, kShort> short_window{};
-  SlidingSum<Scalar, kLong> long_window{};
-  std::int32_t seen = 0;  // samples since the restart, up to kLong
+  T eta = T(2);
+  T critical_ratio = T(Scalar(3.3));  // F_crit
+  SumOf<T, kShort> short_window{};
+  SumOf<T, kLong> long_window{};
+  Count seen = Count(0);  // samples since the restart, up to kLong
 
   template <class Visit>
   EHSID_ALWAYS_INLINE static constexpr void fields(Visit visit) {
@@ -59,38 +63,41 @@ struct FRatio {
            long_window.usable();
   }
   /// While the errors stay alike nothing is forgotten: nothing to protect.
-  Scalar loss() const { return Scalar(0); }
-  void restart() {
-    short_window = {};
-    long_window = {};
-    seen = 0;
+  EHSID_ALWAYS_INLINE T loss() const { return T(0); }
+  EHSID_ALWAYS_INLINE void restart(TruthOf<T> where = TruthOf<T>(true)) {
+    short_window.restart(where);
+    long_window.restart(where);
+    seen = select(where, Count(0), seen);
   }
-  ForgettingFactors<Scalar> peek(const Evidence<Scalar>& evidence) const {
-    if (seen + 1 < kLong) {
-      return {Scalar(1), Scalar(1)};  // the long window has no meaning yet
+  EHSID_ALWAYS_INLINE ForgettingFactors<T> peek(const Evidence<T>& evidence) const {
+    T lambda(1);
+    // Before it is full the long window has no meaning.
+    const TruthOf<T> full = seen + Count(1) >= Count(kLong);
+    if (any(full)) {
+      const T square = square_of(evidence);
+      const T short_mean = short_window.peek(square) / T(kShort);
+      const T usual = critical_ratio * (long_window.peek(square) / T(kLong));
+      const TruthOf<T> changed = both(full, short_mean > usual);
+      if (any(changed)) {
+        using std::sqrt;
+        const T g = sqrt(short_mean / usual) - T(1);
+        lambda = select(changed, T(1) / (T(1) + eta * g), lambda);
+      }
     }
-    const Scalar square = square_of(evidence);
-    const Scalar short_mean = short_window.peek(square) / Scalar(kShort);
-    const Scalar long_mean = long_window.peek(square) / Scalar(kLong);
-    if (!(short_mean > critical_ratio * long_mean)) {
-      return {Scalar(1), Scalar(1)};
-    }
-    const Scalar g = std::sqrt(short_mean / (critical_ratio * long_mean)) - Scalar(1);
-    return {Scalar(1) / (Scalar(1) + eta * g), Scalar(1)};
+    return {lambda, T(1)};
   }
-  void accept(const Evidence<Scalar>& evidence) {
-    const Scalar square = square_of(evidence);
-    short_window.push(square);
-    long_window.push(square);
-    seen = seen < kLong ? seen + 1 : kLong;
+  EHSID_ALWAYS_INLINE void accept(const Evidence<T>& evidence,
+                                  TruthOf<T> where = TruthOf<T>(true)) {
+    const T square = square_of(evidence);
+    short_window.push(square, where);
+    long_window.push(square, where);
+    seen = select(both(where, seen < Count(kLong)), seen + Count(1), seen);
   }
 
  private:
   /// epsilon^2, at most what both windows can sum up.
-  static Scalar square_of(const Evidence<Scalar>& evidence) {
-    constexpr Scalar kMost = SlidingSum<Scalar, kLong>::kMost;
-    const Scalar square = evidence.innovation * evidence.innovation;
-    return square < kMost ? square : kMost;
+  EHSID_ALWAYS_INLINE static T square_of(const Evidence<T>& evidence) {
+    return smaller(evidence.innovation * evidence.innovation, T(SlidingSum<Scalar, kLong>::kMost));
   }
 };
 
