@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: MIT
 // Forgetting policies: how fast the past loses its weight. Chosen at compile time, one file each.
 //
-// A policy is a plain, trivially copyable struct (it is part of every snapshot) with
+// A policy is a plain, trivially copyable struct (it is part of every snapshot) over a number T, written in select form so
+// that a bank can have a register of many in place of T: see forgetting/select.hpp. It has
+//   Over<Lanes>                the same policy over another type
 //   kId                        number that identifies the policy in a snapshot, never reused
 //   kFollowsErrors             do large errors shorten its memory?
 //   kInfo                      its description, see settings.hpp
@@ -10,12 +12,12 @@
 //   fields(visit)              where it has a state beside its settings: lists the members of that state, as in
 //                              fields.hpp, so that snapshots save them
 //   valid()                    are its settings inside their ranges, and its state usable?
-//   restart()                  back to the initial state, e.g. after a reset
+//   restart(where)             back to the initial state, e.g. after a reset; in the lanes where `where` is true
 //   loss()                     share of the information that an ordinary step forgets: a lone held direction settles at
 //                              phi' P phi = loss, full excitation at n loss; 0 where a sample replaces all that is
 //                              forgotten for it
 //   peek(evidence)             the scalar forgetting of the coming step; changes nothing
-//   accept(evidence)           the step was kept: move the policy's own state on
+//   accept(evidence, where)    the step was kept: move the policy's own state on, in the lanes where `where` is true
 //
 // A new policy is a file in forgetting/ and its line in `Policies` below; then `python script/policies.py` writes the
 // lists of the C header, the Python signatures and the documents anew.

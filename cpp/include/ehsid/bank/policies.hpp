@@ -3,9 +3,8 @@
 // Each lane has settings and state of its own.
 #pragma once
 
-#include <ehsid/bank/lanes.hpp>
+#include <ehsid/bank/fields.hpp>
 #include <ehsid/bank/sliding_sums.hpp>
-#include <ehsid/fields.hpp>
 #include <ehsid/forgetting.hpp>
 
 namespace ehsid {
@@ -27,28 +26,26 @@ using PolicyOver = typename Policy::template Over<V>;
 
 namespace detail {
 
-template <class Number, int kWidth, class One>
-void put_into(Lanes<Number, kWidth>& many, int lane, const One& one) {
-  if constexpr (std::is_arithmetic_v<One>) {
-    many.set(lane, static_cast<Number>(one));
+// A member of many policies, from and to the same member of one. That two are not the same shows in their types only, so
+// the others are compiled, too, and do nothing.
+template <class Many, class One>
+void put_into(Many& many, int lane, const One& one) {
+  if constexpr (kIsLanes<Many> && std::is_arithmetic_v<One>) {
+    many.set(lane, static_cast<typename Many::Number>(one));
+  } else if constexpr (!kIsLanes<Many> && !std::is_arithmetic_v<One>) {
+    if constexpr (std::is_same_v<typename Many::One, One>) {
+      many.set(lane, one);
+    }
   }
 }
-template <class V, int kWindow, class One>
-void put_into(SlidingSums<V, kWindow>& many, int lane, const One& one) {
-  if constexpr (!std::is_arithmetic_v<One>) {
-    many.set(lane, one);
-  }
-}
-template <class Number, int kWidth, class One>
-void take_out(const Lanes<Number, kWidth>& many, int lane, One& one) {
-  if constexpr (std::is_arithmetic_v<One>) {
+template <class Many, class One>
+void take_out(const Many& many, int lane, One& one) {
+  if constexpr (kIsLanes<Many> && std::is_arithmetic_v<One>) {
     one = static_cast<One>(many[lane]);
-  }
-}
-template <class V, int kWindow, class One>
-void take_out(const SlidingSums<V, kWindow>& many, int lane, One& one) {
-  if constexpr (!std::is_arithmetic_v<One>) {
-    many.get(lane, one);
+  } else if constexpr (!kIsLanes<Many> && !std::is_arithmetic_v<One>) {
+    if constexpr (std::is_same_v<typename Many::One, One>) {
+      many.get(lane, one);
+    }
   }
 }
 
