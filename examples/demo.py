@@ -20,7 +20,8 @@ from ehsid.harness.cli.progress import stages
 from ehsid.harness.show.gap_facts import diagnosis_facts
 from ehsid.harness.show.gap_page import gap_blocks, reason_blocks
 from ehsid.harness.show.gap_words import SIMULATIONS, first_upper
-from ehsid.harness.show.page import Page, Section, write_page
+from ehsid.harness.show.page import Page, Section
+from ehsid.harness.show.rendering import write_page
 from ehsid.lab.studies.published import SOURCE
 
 PAGE = "demo.html"

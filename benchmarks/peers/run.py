@@ -28,8 +28,8 @@ from pages import Media, make_page
 from results import Results
 
 from ehsid.harness.base.files import write_text
-from ehsid.harness.show.page import Page, write_page, write_pictures
-from ehsid.harness.show.page_markdown import markdown
+from ehsid.harness.show.page import Page
+from ehsid.harness.show.rendering import markdown, write_page, write_pictures
 
 DOCS = ROOT / "docs"
 

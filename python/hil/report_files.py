@@ -9,7 +9,8 @@ from pathlib import Path
 
 from ehsid.harness.base.encoding import json_text
 from ehsid.harness.base.files import write_text
-from ehsid.harness.show.page import Table, write_page
+from ehsid.harness.show.page import Table
+from ehsid.harness.show.rendering import write_page
 
 from .answers import Identity
 from .page import hil_page

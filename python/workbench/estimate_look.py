@@ -19,6 +19,7 @@ from ehsid.harness.models.estimation.result import NORMAL_95
 from ehsid.harness.models.estimation.words import advice_words, not_white_words
 from ehsid.harness.models.identification import IoData
 from ehsid.harness.records import Record
+from ehsid.harness.show import rendering
 from ehsid.harness.show.model_tables import servo_lines, servo_table
 
 from .downsampling import Pyramid, make_pyramid, opened, store
@@ -184,6 +185,6 @@ def _figures(session: Session, record: str, result: EstimationResult, data: IoDa
         converged=result.converged,
         reset_samples=resets[:MOST_RESETS].tolist(),
         not_white="" if result.residuals_white else not_white_words(result),
-        servo=[] if servo is None else [list(row) for row in (servo.headings, *servo.rows)],
+        servo=[] if servo is None else rendering.table_texts(servo),
         servo_told=servo_lines(result),
     )

@@ -7,9 +7,10 @@ import re
 from collections.abc import Sequence
 
 from ehsid.harness.base.arrays import FloatArray
+from ehsid.harness.show.page import Table
 
 from .estimate_look import MOST_RESETS, Estimated
-from .look import plain, table
+from .look import plain, told
 from .shown_units import coefficient, column
 
 MOST_TIMES = 6  # of resets that are named
@@ -20,9 +21,9 @@ def servo(found: Estimated) -> str:
     """Returns K, omega_n and xi with their intervals and trust; "" where there is no servo."""
     if not found.servo:
         return ""
-    headings, *rows = ([plain(cell) for cell in row] for row in found.servo)
-    told = (f"<p>{CODE.sub(CODE_TAG, plain(line))}</p>" for line in found.servo_told)
-    return table(headings, rows, (1, 2, 3)) + "".join(told)
+    headings, *rows = found.servo
+    lines = (f"<p>{CODE.sub(CODE_TAG, plain(line))}</p>" for line in found.servo_told)
+    return told(Table("", headings, rows)) + "".join(lines)
 
 
 def outcome(found: Estimated, time_s: FloatArray) -> str:
@@ -66,8 +67,8 @@ def at_the_end(found: Estimated) -> str:
     for name, value, deviation in zip(found.names, found.theta, found.deviations, strict=True):
         shown = coefficient(name, found.input_name, found.output_name)
         spread = "" if deviation is None else f"± {shown.factor * deviation:.2g}"
-        rows.append([plain(name), f"{shown.factor * value:.5g}", spread, plain(shown.unit)])
-    return table(["at the end", "value", "1-sigma", "unit"], rows, (1, 2))
+        rows.append([name, f"{shown.factor * value:.5g}", spread, shown.unit])
+    return told(Table("", ("at the end", "value", "1-sigma", "unit"), rows))
 
 
 def _resets(found: Estimated, time_s: FloatArray) -> str:

@@ -15,6 +15,7 @@ from ehsid.harness.show.gap_words import (
     unit_of,
     value_name,
 )
+from ehsid.harness.show.page import Table, Tagged
 
 from . import look
 from .lesson import Lesson, truth
@@ -26,15 +27,15 @@ def outcome_html(session: Session, lesson: Lesson) -> str:
     found = read_diagnosis_file(session.folder / "gap" / "diagnosis.json")
     effect, sizes = truth(read_rig(session.rig_file), lesson.seed)
     sizes_told = [f"{_name(key)}: {quantity(size, unit_of(key), 3)}" for key, size in sizes.items()]
-    rows = [
-        ["your guess", _marked(_guess(lesson), lesson.guess == effect), ""],
-        ["the diagnosis", _marked(named(found), is_found(found, effect)), _found_sizes(found)],
-        ["the truth", f"<b>{_words(effect)}</b>", "<br>".join(map(look.plain, sizes_told))],
+    rows: list[tuple[str | Tagged, ...]] = [
+        ("your guess", _marked(_guess(lesson), lesson.guess == effect), ""),
+        ("the diagnosis", _marked(named(found), is_found(found, effect)), _found_sizes(found)),
+        ("the truth", first_upper(plain_name(effect)), "; ".join(sizes_told)),
     ]
     report = f"/result/{session.name}/gap/report.html"
     return (
         f'<p class="verdict">{look.plain(found.sentence)}</p>'
-        + look.table(["", "effect", "size (interval of 90 %)"], rows)
+        + look.told(Table("", ("", "effect", "size (interval of 90 %)"), rows))
         + f'<p class="soft">Seed of this lesson: {lesson.seed}. '
         f'<a href="{report}" target="_blank">Report of the diagnosis</a></p>'
     )
@@ -62,16 +63,11 @@ def _guess(lesson: Lesson) -> str:
     return "no idea" if lesson.guess == "none" else plain_name(lesson.guess)
 
 
-def _words(effect: str) -> str:
-    return look.plain(first_upper(plain_name(effect)))
-
-
-def _marked(words: str, right: bool | None) -> str:
-    text = look.plain(first_upper(words))
+def _marked(words: str, right: bool | None) -> Tagged:
+    text = first_upper(words)
     if right is None:
-        return f'<span class="soft">≈ {text}: among others</span>'
-    kind, mark = ("good", "✓") if right else ("bad", "✗")
-    return f'<span class="{kind}">{mark} {text}</span>'
+        return Tagged(f"≈ {text}: among others", kind="soft")
+    return Tagged(f"✓ {text}", kind="good") if right else Tagged(f"✗ {text}", kind="bad")
 
 
 def _found_sizes(found: DiagnosisFile) -> str:
@@ -81,7 +77,7 @@ def _found_sizes(found: DiagnosisFile) -> str:
             key = ParameterKey.of_effect(effect.id, name)
             value, ends = interval(size, unit_of(key))
             lines.append(f"{_name(key)}: {value} ({ends})")
-    return "<br>".join(map(look.plain, lines))
+    return "; ".join(lines)
 
 
 def _name(key: str) -> str:

@@ -10,7 +10,9 @@ import panel as pn
 from bokeh.plotting import figure
 
 from ehsid.harness.base.text import printable
+from ehsid.harness.show.page import Block
 from ehsid.harness.show.plotting import BLUE, GREEN, ORANGE, PURPLE, SKY, VERMILION
+from ehsid.harness.show.rendering import html
 
 # Colours of lines; blue and vermilion are too dark on a dark ground.
 COLOURS = {
@@ -51,19 +53,19 @@ def template(name: str, theme: str) -> pn.Template:
         for key, colours in THEMES.items()
     )
     parts = [(STYLE / f"{part}.html").read_text(encoding="utf-8") for part in ("head", name)]
-    html = "".join(parts).replace("THEME_RULES", rules)
+    text = "".join(parts).replace("THEME_RULES", rules)
     for place, script in (("THEME_SCRIPT", "theme"), ("VIEW_SCRIPT", "sort")):
-        html = html.replace(place, (STYLE / f"{script}.js").read_text(encoding="utf-8"))
-    made = pn.Template(html)
+        text = text.replace(place, (STYLE / f"{script}.js").read_text(encoding="utf-8"))
+    made = pn.Template(text)
     made.add_variable("theme", theme)
     made.add_variable("other_words", f"{'light' if theme == 'dark' else 'dark'} colours")
     made.add_variable("views", VIEWS)
     return made
 
 
-def words(html: str) -> pn.pane.HTML:
+def words(text: str) -> pn.pane.HTML:
     """Returns a part of the page made of HTML; what others wrote in it is escaped with `plain`."""
-    return pn.pane.HTML(html, stylesheets=[WORDS], sizing_mode="stretch_width", margin=(4, 0))
+    return pn.pane.HTML(text, stylesheets=[WORDS], sizing_mode="stretch_width", margin=(4, 0))
 
 
 def beside(*parts: pn.viewable.Viewable, least: str = "16rem") -> pn.FlexBox:
@@ -99,21 +101,9 @@ def plain(text: object) -> str:
     return escape(printable(str(text)))
 
 
-def table(headings: list[str], rows: list[list[str]], numbers: tuple[int, ...] = ()) -> str:
-    """Returns a table as HTML; the cells are HTML, the columns `numbers` stand to the right."""
-
-    def cell(tag: str, column: int, text: str) -> str:
-        kind = ' class="n"' if column in numbers else ""
-        return f"<{tag}{kind}>{text}</{tag}>"
-
-    head = "".join(cell("th", i, text) for i, text in enumerate(headings))
-    body = "".join(
-        f"<tr>{''.join(cell('td', i, text) for i, text in enumerate(row))}</tr>" for row in rows
-    )
-    return (
-        f'<div class="scroll"><table><thead><tr>{head}</tr></thead><tbody>{body}</tbody>'
-        "</table></div>"
-    )
+def told(*blocks: Block) -> str:
+    """Returns blocks as HTML; headings are those of a part of the page."""
+    return html(blocks, heading=2)
 
 
 def error(text: str) -> str:

@@ -5,7 +5,9 @@ from __future__ import annotations
 
 import math
 
-from .look import plain, table
+from ehsid.harness.show.page import Heading, Table
+
+from .look import plain, told
 from .model_look import Identified, Root, Row
 from .shown_units import coefficient, speed_gain
 
@@ -39,16 +41,15 @@ def figures(found: Identified) -> str:
     for name, value, deviation in zip(found.names, found.theta, found.deviations, strict=True):
         shown = coefficient(name, *names)
         spread = "" if deviation is None else f"± {shown.factor * deviation:.2g}"
-        rows.append([plain(name), f"{shown.factor * value:.5g}", spread, plain(shown.unit)])
+        rows.append([name, f"{shown.factor * value:.5g}", spread, shown.unit])
+    poles = [_pole(one) for one in found.poles if one.imag >= 0.0]
     return (
         _servo(found)
-        + "<h2>Coefficients</h2>"
-        + table(["", "value", "1-sigma", "unit"], rows, (1, 2))
-        + "<h2>Poles</h2>"
-        + table(
-            ["pole z", "|z|", "1-sigma", "f in Hz", "ξ"],
-            [_pole(one) for one in found.poles if one.imag >= 0.0],
-            (0, 1, 2, 3, 4),
+        + told(
+            Heading("Coefficients"),
+            Table("", ("", "value", "1-sigma", "unit"), rows),
+            Heading("Poles"),
+            Table("", ("pole z", "|z|", "1-sigma", "f in Hz", "ξ"), poles),
         )
         + _zeros(found.zeros)
     )
@@ -138,18 +139,17 @@ def _zeros(zeros: list[Root]) -> str:
 
 def candidates(found: Identified) -> str:
     """Returns the best model of each order as a table."""
-    rows = [_candidate(one, chosen=one == found.chosen) for one in found.rows]
-    headings = ["order", "delay", "one step", "simulated", "FPE"]
-    return "<h2>Orders tried</h2>" + table(headings, rows, (1, 2, 3, 4))
+    headings = ("order", "delay", "one step", "simulated", "FPE")
+    chosen = found.rows.index(found.chosen)
+    orders = Table("", headings, list(map(_candidate, found.rows)), [chosen])
+    return told(Heading("Orders tried"), orders)
 
 
-def _candidate(row: Row, *, chosen: bool) -> list[str]:
-    cells = [
+def _candidate(row: Row) -> list[str]:
+    return [
         f"{row.na}",
         f"{row.nk}",
         f"{row.one_step:.2f} %",
         "diverges" if row.simulated is None else f"{row.simulated:.1f} %",
         f"{row.fpe:.3g}",
     ]
-    cells[0] += ' <span class="good">✓</span>' if chosen else ""
-    return cells

@@ -25,8 +25,8 @@ from ehsid.harness.fleet.ranking import read_fleet
 from ehsid.harness.records import make_record, write_record
 from ehsid.harness.show.fleet_page import write_fleet
 from ehsid.harness.show.gap_page import RecordLine, render_diagnosis
-from ehsid.harness.show.page import Page, Section, render_page
-from ehsid.harness.show.picture_data import embedded
+from ehsid.harness.show.page import Page, Section
+from ehsid.harness.show.rendering import embedded, render_page
 from ehsid.harness.show.where_section import where_section
 from ehsid.harness.show.which_section import which_section
 from ehsid.lab.studies.pages.claims_map import claims_picture

@@ -28,7 +28,8 @@ from ehsid.harness.models.identification import ArxOrders, IoData
 from ehsid.harness.rigs.published import published_rig
 from ehsid.harness.show.fleet_page import fleet_page
 from ehsid.harness.show.gap_page import RecordLine, render_diagnosis
-from ehsid.harness.show.page import Page, render_page
+from ehsid.harness.show.page import Page
+from ehsid.harness.show.rendering import render_page
 from ehsid.harness.signals.simulation import suggested_controller
 from ehsid.harness.signals.simulation.outputs import OUTPUTS_OF
 from ehsid.hil.comparison import compare

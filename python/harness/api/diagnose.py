@@ -20,8 +20,8 @@ from ..records import read_record
 from ..records.record import told_apart
 from ..show.gap_brief import brief_tables, told_reasons, told_remarks
 from ..show.gap_words import VERDICTS, plain_name
+from ..show.page import Items, Told
 from ..show.shares import percent
-from ..show.text_table import TextTable
 from .progress import progress_of
 from .read import Source, record_of
 from .record import Record
@@ -134,9 +134,9 @@ class Diagnosis(Shown):
             f"{percent(far.augmented)} with what was found"
         )
 
-    def _sentences(self) -> Sequence[str]:
+    def _blocks(self) -> Sequence[Told]:
         found = self.result
-        lines = [found.sentence, *(f"- {reason}" for reason in told_reasons(found))]
+        lines: list[Told] = [*brief_tables(found), found.sentence, Items(told_reasons(found))]
         if found.next_experiment is not None:
             lines.append(f"Next experiment: {found.next_experiment.description}.")
         lines += [
@@ -146,9 +146,6 @@ class Diagnosis(Shown):
             about = f"{remark.record}: " if remark.record else ""
             lines.append(f"{'serious' if remark.serious else 'note'}: {about}{remark.what}")
         return lines
-
-    def _tables(self) -> Sequence[TextTable]:
-        return list(brief_tables(self.result))
 
 
 def diagnose(

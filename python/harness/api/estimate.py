@@ -25,7 +25,7 @@ from ..models.identification import ArxOrders
 from ..records.errors import nearest_name
 from ..show.model_file_names import ESTIMATION_FILES
 from ..show.model_tables import estimation_lines, parameter_table, servo_lines, servo_table
-from ..show.text_table import TextTable
+from ..show.page import Items, Told
 from .frames import Tabular, time_column
 from .read import Source
 from .shown import Shown
@@ -149,16 +149,17 @@ class Estimation(Shown, Tabular):
             f"{result.one_step_fit_percent:.2f} %, {state_words(result)}"
         )
 
-    def _sentences(self) -> Sequence[str]:
+    def _blocks(self) -> Sequence[Told]:
         result = self.result
-        head = f"{result.orders}, {result.method}, {result.forgetting}"
-        tries = advice_words(self._advice, python=True)
-        told = [*servo_lines(result), head, *estimation_lines(result)]
-        return [*told, *(f"- {one}" for one in tries)]
-
-    def _tables(self) -> Sequence[TextTable]:
-        servo = servo_table(self.result)
-        return [*([] if servo is None else [servo]), parameter_table(self.result)]
+        servo = servo_table(result)
+        return [
+            *([] if servo is None else [servo]),
+            parameter_table(result),
+            *servo_lines(result),
+            f"{result.orders}, {result.method}, {result.forgetting}",
+            *estimation_lines(result),
+            Items(advice_words(self._advice, python=True)),
+        ]
 
 
 def estimate(

@@ -19,12 +19,12 @@ from ..models.identification.selection import DEFAULT_DELAYS, DEFAULT_ORDERS
 from ..show.dynamics_tables import model_table, root_table, servo_lines
 from ..show.model_file_names import IDENTIFICATION_FILES
 from ..show.model_tables import candidate_table, identification_lines
-from ..show.text_table import TextTable
+from ..show.page import Told
 from .frames import Tabular, time_column
 from .read import Source
 from .shown import Shown
 from .signals import Arrays, Signals, about, signals_of
-from .wording import in_python, in_python_words
+from .wording import in_python
 
 if TYPE_CHECKING:
     import control
@@ -103,16 +103,16 @@ class Identification(Shown, Tabular):
             f"{simulation_words(chosen.simulation_fit_percent)}"
         )
 
-    def _sentences(self) -> Sequence[str]:
+    def _blocks(self) -> Sequence[Told]:
         data, orders = self.signals.data, self.result.chosen.orders
         return [
-            *map(in_python_words, identification_lines(self.result)),
+            candidate_table(self.result),
+            model_table(self.result),
+            root_table(self.result),
+            *identification_lines(self.result),
             *servo_lines(self.result, data.input_name, data.output_name),
             f"Next: ehsid.estimate(..., na={orders.na}, nb={orders.nb}, nk={orders.nk})",
         ]
-
-    def _tables(self) -> Sequence[TextTable]:
-        return [candidate_table(self.result), model_table(self.result), root_table(self.result)]
 
 
 def identify(

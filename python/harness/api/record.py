@@ -15,10 +15,11 @@ from ..catalogue.channels import CHANNELS
 from ..records.formats import format_of
 from ..records.origin import unit_of
 from ..records.writing import record_bytes
-from ..show.text_table import TextTable
+from ..show.page import Table, Told
+from ..show.reading_section import reading_blocks
 from .frames import Tabular
 from .shown import Shown
-from .wording import in_python, in_python_words
+from .wording import in_python
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -123,28 +124,14 @@ class Record(Shown, Tabular):
             + f"; {', '.join(names + more)}"
         )
 
-    def _sentences(self) -> Sequence[str]:
-        lines = [self._line()]
-        origin = self.result.origin
-        if origin is not None:
-            lines += [
-                f"read as {origin.kind}",
-                *(f"note: {in_python_words(remark)}" for remark in origin.remarks),
-            ]
-        return lines
-
-    def _tables(self) -> Sequence[TextTable]:
-        rows = tuple(
+    def _blocks(self) -> Sequence[Told]:
+        rows = [
             (name, unit_of(name), f"{values.min():.5g}", f"{values.max():.5g}")
             for name, values in self.columns.items()
-        )
-        ranges = TextTable(("column", "unit", "lowest", "highest"), rows)
+        ]
+        ranges = Table("", ("column", "unit", "lowest", "highest"), rows)
         origin = self.result.origin
-        if origin is None or not origin.taken:
-            return [ranges]
-        headings = ("column of the log", "taken for", "unit", "factor", "why")
-        taken = tuple(tuple(map(in_python_words, row)) for row in origin.rows())
-        return [ranges, TextTable(headings, taken, justify="left")]
+        return [ranges, self._line(), *([] if origin is None else reading_blocks(origin))]
 
 
 def _with_unit(name: str) -> str:

@@ -16,7 +16,7 @@ from ..rigs.answers import answered, read_answer, rig_file_text
 from ..rigs.checks import unknown
 from ..rigs.new import shown
 from ..rigs.questions import QUESTIONS, Question
-from ..show.text_table import TextTable
+from ..show.page import Table, Told
 from .shown import Shown
 from .wording import in_python
 
@@ -177,16 +177,14 @@ class Rig(Shown):
         effects = ", ".join(rig.effects()) or "none"
         return f"{rig.name}, plant {rig.plant}, {len(rig.values)} values, effects: {effects}"
 
-    def _sentences(self) -> Sequence[str]:
-        return [self._line(), "The value of each name is in SI; its ending has the unit."]
-
-    def _tables(self) -> Sequence[TextTable]:
+    def _blocks(self) -> Sequence[Told]:
         rig = self.result
-        rows = tuple(
+        rows = [
             (name, f"{value:.6g}", shown(name, value), f"{100.0 * rig.sigma(name):.3g} %")
             for name, value in rig.values.items()
-        )
-        return [TextTable(("value", "SI", "for people", "1-sigma"), rows)]
+        ]
+        values = Table("", ("value", "SI", "for people", "1-sigma"), rows)
+        return [values, self._line(), "The value of each name is in SI; its ending has the unit."]
 
 
 def _answer(plant: str, name: str, answer: object, question: Question) -> str:

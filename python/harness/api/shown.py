@@ -8,23 +8,21 @@ from collections.abc import Sequence
 from html import escape
 
 from ..base.text import printable
-from ..show.text_table import TextTable
+from ..show import rendering
+from ..show.page import Table, Told
+from .wording import in_python_words
 
 
 class Shown(ABC):
-    """A result with a line, sentences and tables; what they hold comes from the harness."""
+    """A result with a line and blocks; what they hold comes from the harness."""
 
     @abstractmethod
     def _line(self) -> str:
         """Returns the main figures with their units, for one line."""
 
     @abstractmethod
-    def _sentences(self) -> Sequence[str]:
-        """Returns what is to be known beside the tables."""
-
-    @abstractmethod
-    def _tables(self) -> Sequence[TextTable]:
-        """Returns the tables; a notebook shows the first one."""
+    def _blocks(self) -> Sequence[Told]:
+        """Returns tables and sentences in their order; a notebook shows the first table."""
 
     def __repr__(self) -> str:
         # A name may have a line end; this is one line whatever it has. The spaces between numbers
@@ -36,11 +34,10 @@ class Shown(ABC):
         """Returns the line and the first table for a notebook, in the colours of its page."""
         name = type(self).__name__
         line = escape(printable(self._line()))
-        tables = "".join(table.html() for table in self._tables()[:1])
-        return f"<div><p><strong>{name}</strong> {line}</p>{tables}</div>"
+        tables = [block for block in self._blocks() if isinstance(block, Table)]
+        first = "".join(map(rendering.notebook, tables[:1]))
+        return f"<div><p><strong>{name}</strong> {line}</p>{first}</div>"
 
     def summary(self) -> str:
         """Returns the result at length as plain text: tables and sentences, as the command does."""
-        tables = [table.text() for table in self._tables()]
-        sentences = printable("\n".join(self._sentences()))
-        return "\n\n".join(part for part in (*tables, sentences) if part)
+        return in_python_words(rendering.text(self._blocks()))

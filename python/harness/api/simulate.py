@@ -19,7 +19,7 @@ from ..records import read_record
 from ..records.formats import format_of
 from ..records.writing import record_bytes
 from ..show.model_tables import run_table
-from ..show.text_table import TextTable
+from ..show.page import Told
 from ..signals import simulation
 from ..signals.excitation.named import SIGNALS
 from ..signals.simulation import SimulationRun, draw_noise
@@ -100,11 +100,8 @@ class Simulation(Shown, Tabular):
             f"{self.result.substeps} steps of integration each"
         )
 
-    def _sentences(self) -> Sequence[str]:
-        return [self._line()]
-
-    def _tables(self) -> Sequence[TextTable]:
-        return [run_table(self.result)]
+    def _blocks(self) -> Sequence[Told]:
+        return [run_table(self.result), self._line()]
 
 
 def simulate(

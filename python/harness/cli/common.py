@@ -1,21 +1,17 @@
 # SPDX-License-Identifier: MIT
-"""Functions that several commands share: errors, names of files, tables."""
+"""Functions that several commands share: errors, names of files."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal, NoReturn
+from typing import NoReturn
 
 import typer
-from rich.table import Table
 
 from ..base.error_words import error_words
 from ..base.text import printable
-
-if TYPE_CHECKING:
-    from ..show.text_table import TextTable
 
 
 def refuse(message: str) -> NoReturn:
@@ -54,31 +50,3 @@ def check_ending(out: Path) -> None:
             f"{', '.join('.' + ending for ending in sorted(FORMATS))}; name the file with one of "
             "them"
         ) from None
-
-
-def make_table(
-    headings: Sequence[str],
-    rows: Iterable[Sequence[str]],
-    *,
-    justify: Literal["left", "right"] = "right",
-    **settings: Any,
-) -> Table:
-    """Returns a table for the terminal: the first column to the left, the others as `justify`."""
-    table = Table(**settings)
-    for i, heading in enumerate(headings):
-        table.add_column(heading, justify=justify if i else "left")
-    for row in rows:
-        table.add_row(*row)
-    return table
-
-
-def shown_table(table: TextTable) -> Table:
-    """Returns a table of a report for the terminal."""
-    return make_table(
-        table.headings,
-        table.rows,
-        justify=table.justify,
-        title=table.title or None,
-        caption=table.caption or None,
-        caption_justify="left",
-    )

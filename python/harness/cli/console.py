@@ -7,14 +7,19 @@ Names of rigs, records and boards, and paths, are text of others. The console of
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from typing import Any
 
 import rich.console
 from rich.progress import TextColumn
+from rich.table import Table
 from rich.text import Text
 
 from ..base.text import printable
+from ..show import page
+
+# Colours of the kinds of text of a table.
+_COLOURS = {"": "", "good": "green", "bad": "bold red", "soft": "dim"}
 
 _STATE = {"quiet": False}
 
@@ -48,6 +53,44 @@ def print_points(points: Iterable[str], console: Console, *, indent: int = 2) ->
         for i, line in enumerate(lines):
             mark = "  " if i else "- "
             console.print(f"{' ' * indent}{mark}{line.plain.rstrip()}", soft_wrap=True)
+
+
+def print_blocks(blocks: Sequence[page.Told], console: Console) -> None:
+    """Prints sentences, lists, and tables; an empty line parts a table from what stands above."""
+    for i, block in enumerate(blocks):
+        if isinstance(block, page.Table):
+            if i:
+                console.print()
+            console.print(_table(block))
+        elif isinstance(block, page.Items):
+            print_points(map(page.cell_text, block.items), console, indent=0)
+        else:
+            console.print(block if isinstance(block, str) else block.text)
+
+
+def _table(table: page.Table) -> Table:
+    several = any("\n" in page.cell_text(cell) for row in table.rows for cell in row)
+    shown = Table(
+        title=table.caption or None,
+        caption=table.note or None,
+        caption_justify="left",
+        show_lines=several,
+    )
+    for i, heading in enumerate(table.columns):
+        right = i > 0 and table.align(i) == "number"
+        words = heading if isinstance(heading, str) else ""
+        shown.add_column(words, justify="right" if right else "left")
+    for i, row in enumerate(table.rows):
+        cells = [_cell(cell) for cell in row]
+        if i in table.marked:
+            cells[0].append(" *")
+        shown.add_row(*cells)
+    return shown
+
+
+def _cell(cell: page.Cell) -> Text:
+    kind = cell.kind if isinstance(cell, page.Tagged) else ""
+    return Text(printable(page.cell_text(cell)), style=_COLOURS[kind])
 
 
 class PlainColumn(TextColumn):

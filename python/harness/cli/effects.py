@@ -10,8 +10,8 @@ import typer
 
 import ehsid
 
-from .common import make_table
-from .console import Console
+from ..show.page import Table
+from .console import Console, print_blocks
 from .options import AsJson
 
 # Attributes of an effect and of a parameter in the JSON output, in its order.
@@ -46,7 +46,7 @@ def effects_command(
         for effect in ehsid.effects()
     ]
     headings = ("effect", "parameters: range, typical", "shown by")
-    Console().print(make_table(headings, rows, justify="left", show_lines=True))
+    print_blocks([Table("", headings, rows)], Console())
 
 
 def _ranges(effect: ehsid.EffectInfo) -> str:

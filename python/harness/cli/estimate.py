@@ -13,8 +13,8 @@ import typer
 
 from ..base.files import result_folder
 from ..show.model_file_names import ESTIMATION_FILES
-from .common import about, shown_table
-from .console import Console
+from .common import about
+from .console import Console, print_blocks
 from .log_options import Maps, SamplingTime, hints_of, read_io
 from .next_command import Given, export_line, print_next, print_tries
 from .options import (
@@ -147,6 +147,7 @@ def _estimate_record(
     from ..models.estimation.words import advice_words
     from ..records.origin import with_reading
     from ..show.model_tables import estimation_lines, parameter_table, servo_lines, servo_table
+    from ..show.page import Told
 
     record = given.record
     with (
@@ -175,13 +176,9 @@ def _estimate_record(
         typer.echo(json.dumps(plain, allow_nan=False))
         return
     console = Console()
-    if (servo := servo_table(result)) is not None:
-        console.print(shown_table(servo))
-        for line in servo_lines(result):
-            console.print(line)
-    console.print(f"{result.orders}, {result.method}, {result.forgetting}")
-    console.print(shown_table(parameter_table(result)))
-    for line in estimation_lines(result):
-        console.print(line)
+    servo = servo_table(result)
+    head = f"{result.orders}, {result.method}, {result.forgetting}"
+    told: list[Told] = [*([] if servo is None else [servo]), *servo_lines(result), head]
+    print_blocks([*told, parameter_table(result), *estimation_lines(result)], console)
     print_tries(advice_words(advice), console)
     print_next(following, console)

@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING
 import typer
 
 from ..base.files import result_folder
-from .common import make_table, refuse
-from .console import Console, note
+from .common import refuse
+from .console import Console, note, print_blocks
 from .log_options import check_signals, show_origin
 from .progress import progress_of
 
@@ -152,8 +152,6 @@ def _show_origins(origins: Sequence[tuple[str, Origin]]) -> None:
 
 
 def _print(found: Estimates, console: Console) -> None:
-    from ..show.estimates_page import COEFFICIENT_HEADINGS, coefficient_rows, estimates_lead
+    from ..show.estimates_page import coefficient_table, estimates_lead
 
-    for sentence in estimates_lead(found):
-        console.print(sentence)
-    console.print(make_table(COEFFICIENT_HEADINGS, coefficient_rows(found)))
+    print_blocks([*estimates_lead(found), coefficient_table(found)], console)

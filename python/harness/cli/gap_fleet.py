@@ -16,8 +16,8 @@ from ..base.files import check_result_folder, result_folder
 from ..records import NO_HINTS, Hints
 from ..records.record import told_apart
 from ..rigs import read_rig
-from .common import make_table, refuse
-from .console import Console, note
+from .common import refuse
+from .console import Console, note, print_blocks
 from .diagnosis_options import with_diagnosis_options
 from .fail_on import ANY, FailOn, fail_if, failing_verdicts
 from .gap import read_for
@@ -167,6 +167,7 @@ def _found(fleet: Fleet, failing: frozenset[str]) -> list[str]:
 
 def _print(fleet: Fleet, page: Path, console: Console) -> None:
     from ..show.fleet_page import fleet_lead, verdict_text
+    from ..show.page import Table
     from ..show.shares import percent
 
     for sentence in fleet_lead(fleet):
@@ -177,7 +178,7 @@ def _print(fleet: Fleet, page: Path, console: Console) -> None:
     ]
     if rows:
         headings = ("machine", "structural gap", "verdict")
-        console.print(make_table(headings, rows, justify="left"))
+        print_blocks([Table("", headings, rows)], console)
     if len(fleet.ranked) > MOST_LINES:
         console.print(f"and {len(fleet.ranked) - MOST_LINES} more")
     console.print(f"\nreport: {page}", soft_wrap=True)

@@ -11,8 +11,7 @@ from ..diagnosis.schema import Remark
 from ..show.gap_brief import brief_tables, told_reasons, told_remarks
 from ..show.gap_words import VERDICTS, effect_set, plain_name
 from ..show.shares import percent
-from .common import shown_table
-from .console import Console, print_points
+from .console import Console, print_blocks, print_points
 
 
 def print_diagnosis(
@@ -28,7 +27,7 @@ def print_diagnosis(
     print_points(told_reasons(diagnosis), console)
     for table in brief_tables(diagnosis):
         console.print()
-        console.print(shown_table(table))
+        print_blocks([table], console)
     coming = diagnosis.next_experiment
     if coming is not None:
         rivals = " from ".join(effect_set(tuple(names.split("+"))) for names in coming.separates)

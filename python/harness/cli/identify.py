@@ -12,8 +12,8 @@ import typer
 
 from ..base.files import result_folder
 from ..show.model_file_names import IDENTIFICATION_FILES
-from .common import about, shown_table
-from .console import Console
+from .common import about
+from .console import Console, print_blocks
 from .log_options import Maps, SamplingTime, hints_of, read_io
 from .next_command import Given, estimate_line, print_next
 from .options import AsJson, InputColumn, OutputColumn, RecordFile
@@ -43,6 +43,7 @@ def identify_command(
     from ..records.origin import with_reading
     from ..show.dynamics_tables import model_table, root_table, servo_lines
     from ..show.model_tables import candidate_table, identification_lines
+    from ..show.page import Told
 
     with (
         nullcontext()
@@ -67,12 +68,6 @@ def identify_command(
         typer.echo(json.dumps(plain, allow_nan=False))
         return
     console = Console()
-    console.print(shown_table(candidate_table(result)))
-    for line in lines:
-        console.print(line)
-    for table in (model_table(result), root_table(result)):
-        console.print()
-        console.print(shown_table(table))
-    for line in servo_lines(result, input_name, output_name):
-        console.print(line)
+    told: list[Told] = [candidate_table(result), *lines, model_table(result), root_table(result)]
+    print_blocks([*told, *servo_lines(result, input_name, output_name)], console)
     print_next(following, console)

@@ -11,8 +11,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from .common import make_table
-from .console import Console
+from .console import Console, print_blocks
 
 if TYPE_CHECKING:
     from ..models.identification import IoData
@@ -144,9 +143,10 @@ def log_record(record: Record, path: Path) -> None:
 
 def show_origin(name: str, origin: Origin, console: Console) -> None:
     """Prints the table of columns of a log, and the remarks."""
+    from ..show.reading_section import origin_table
+
     console.print(f"{name}: read as {origin.kind}", soft_wrap=True)
     if origin.taken:
-        headings = ("column", "taken for", "unit", "factor", "why")
-        console.print(make_table(headings, origin.rows(), justify="left"))
+        print_blocks([origin_table(origin)], console)
     for remark in origin.remarks:
         console.print(f"note: {remark}", soft_wrap=True)

@@ -10,35 +10,26 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
-from rich.table import Table
-from rich.text import Text
 
 from ..base.encoding import to_plain
 from ..base.files import result_folder
-from .console import Console
+from .console import Console, print_blocks
 from .log_options import Maps, SamplingTime, hints_of, read_shown
 from .options import RECORD_HELP, AsJson
 
 if TYPE_CHECKING:
     from ..fitness import RecordCheck
 
-STYLES = {"fits": "green", "does not fit": "bold red", "cannot be told": "dim"}
 # More records than this have no reader.
 MOST_RECORDS = 100
 
 
-def _table(check: RecordCheck) -> Table:
-    table = Table("check", "outcome", "why", title=None, show_lines=False)
-    for finding in check.findings:
-        status = str(finding.status)
-        table.add_row(finding.check, Text(status, style=STYLES[status]), finding.text)
-    return table
-
-
 def _print(checks: Sequence[RecordCheck], console: Console) -> None:
+    from ..show.rig_check_files import check_table
+
     for check in checks:
         console.print(f"{check.record}:")
-        console.print(_table(check))
+        print_blocks([check_table(check.findings)], console)
         for note in check.notes:
             console.print(f"note: {note}")
         wrong = [finding.check for finding in check.findings if finding.status == "does not fit"]

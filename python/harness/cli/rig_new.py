@@ -12,8 +12,8 @@ import typer
 
 from ..base.files import result_files, write_text
 from ..rigs.questions import EXAMPLES, QUESTIONS, Question, help_of
-from .common import make_table, refuse
-from .console import Console
+from .common import refuse
+from .console import Console, print_blocks
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -145,6 +145,8 @@ def _of_one_edge(
 
 
 def _print(entries: Sequence[Entry], out: Path, console: Console) -> None:
+    from ..show.page import Table
+
     rows = [
         (
             entry.key,
@@ -154,7 +156,7 @@ def _print(entries: Sequence[Entry], out: Path, console: Console) -> None:
         )
         for entry in entries
     ]
-    console.print(make_table(("value", "is", "origin", "1-sigma"), rows, justify="left"))
+    print_blocks([Table("", ("value", "is", "origin", "1-sigma"), rows)], console)
     console.print("Typical values, and why:")
     reasons: dict[str, list[str]] = {}
     for entry in entries:

@@ -12,9 +12,9 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from ..base.files import result_files
-from .common import check_ending, shown_table
+from .common import check_ending
 from .completing import effect_sizes
-from .console import Console
+from .console import Console, print_blocks
 from .log_options import Maps, hints_of, show_read
 from .options import AsJson, SignalName
 from .progress import progress_of
@@ -179,4 +179,4 @@ def simulate_command(
     console.print(f"{rig.name}: {len(run.record)} samples at {step:g} s, {run.substeps} steps each")
     if limited:
         console.print(f"the command is at its limit for {100.0 * limited:.1f} % of the time")
-    console.print(shown_table(run_table(run)))
+    print_blocks([run_table(run)], console)

@@ -8,13 +8,13 @@ from typing import TYPE_CHECKING
 from ..base.plain_number import plain_number
 from ..catalogue.channels import CHANNELS
 from ..models.identification.dynamics import Dynamics, Figure, Root, dynamics
-from .text_table import TextTable
+from .page import Table
 
 if TYPE_CHECKING:
     from ..models.identification import IdentificationResult
 
 
-def model_table(result: IdentificationResult) -> TextTable:
+def model_table(result: IdentificationResult) -> Table:
     """Returns the coefficients of the chosen model with their standard deviations."""
     model = result.chosen.model
     rows = tuple(
@@ -25,17 +25,17 @@ def model_table(result: IdentificationResult) -> TextTable:
     )
     orders = model.orders
     title = f"model: na = {orders.na}, nb = {orders.nb}, nk = {orders.nk}"
-    return TextTable(("coefficient", "value", "1-sigma"), rows, title=title)
+    return Table(title, ("coefficient", "value", "1-sigma"), rows)
 
 
-def root_table(result: IdentificationResult) -> TextTable:
+def root_table(result: IdentificationResult) -> Table:
     """Returns the poles and zeros of the chosen model, with frequency and damping of the poles."""
     told = dynamics(result.chosen.model, result.dt_s)
     rows = [_root_row("pole", one) for one in told.poles]
     rows += [_root_row("zero", one) for one in told.zeros]
     headings = ("", "z", "|z|", "1-sigma of |z|", "f in Hz", "damping")
     shown = len(headings) if result.dt_s is not None else 4
-    return TextTable(headings[:shown], tuple(row[:shown] for row in rows))
+    return Table("", headings[:shown], [row[:shown] for row in rows])
 
 
 def servo_lines(result: IdentificationResult, input_name: str, output_name: str) -> list[str]:

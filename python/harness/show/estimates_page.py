@@ -13,12 +13,11 @@ from ..base.files import write_text
 from ..base.plain_number import plain_number
 from ..models.estimation import Estimates
 from ..models.estimation.servo import KEYS
-from . import page as pages
+from . import rendering
 from .estimates_figure import estimates_figure
 from .page import Block, Page, Picture, Section, Table
 
 FILES = ("estimates.html", "estimates.json", "estimates.csv")
-COEFFICIENT_HEADINGS = ["coefficient", "median", "spread", "own deviation", "5 %", "95 %"]
 # Outliers that the first sentences name; the table has all.
 MOST_NAMED = 5
 
@@ -27,7 +26,7 @@ def write_estimates(found: Estimates, folder: Path) -> None:
     """Writes the files `FILES` into a folder that exists."""
     write_text(folder / "estimates.json", json_text(found))
     write_text(folder / "estimates.csv", estimates_table(found))
-    pages.write_page(folder / "estimates.html", estimates_page(found))
+    rendering.write_page(folder / "estimates.html", estimates_page(found))
 
 
 def estimates_table(found: Estimates) -> str:
@@ -56,9 +55,9 @@ def estimates_table(found: Estimates) -> str:
     return text.getvalue()
 
 
-def coefficient_rows(found: Estimates) -> list[list[str]]:
-    """Returns the cells under `COEFFICIENT_HEADINGS`, a row for each coefficient."""
-    return [
+def coefficient_table(found: Estimates, caption: str = "") -> Table:
+    """Returns the range of each coefficient over the records, and what each states for itself."""
+    rows = [
         [
             one.name,
             f"{one.median:.5g}",
@@ -69,6 +68,8 @@ def coefficient_rows(found: Estimates) -> list[list[str]]:
         ]
         for one in found.coefficients
     ]
+    headings = ("coefficient", "median", "spread", "own deviation", "5 %", "95 %")
+    return Table(caption, headings, rows)
 
 
 def estimates_lead(found: Estimates) -> list[str]:
@@ -143,13 +144,12 @@ def _names(found: Estimates) -> list[str]:
 
 def _coefficients(found: Estimates) -> Section:
     blocks: list[Block] = [
-        Table(
+        coefficient_table(
+            found,
             "Coefficients over the compared records. The spread is a standard deviation, from the "
             "median absolute deviation; the own deviation is the one that a record states for "
             "itself (median). Where the spread is much larger, the machines or their working "
             "points differ.",
-            COEFFICIENT_HEADINGS,
-            coefficient_rows(found),
         ),
     ]
     if found.outliers:

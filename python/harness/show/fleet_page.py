@@ -11,7 +11,7 @@ from ..base.encoding import json_text
 from ..base.files import write_text
 from ..catalogue.keys import ParameterKey
 from ..fleet.ranking import Fleet, Machine
-from . import page as pages
+from . import rendering
 from .fleet_figure import fleet_figure
 from .gap_words import VERDICTS, effect_set, interval, plain_name, unit_of, value_name
 from .named import named_effect
@@ -52,7 +52,7 @@ def write_fleet(fleet: Fleet, folder: Path, results: Path) -> None:
     write_text(folder / "fleet.json", json_text(fleet))
     names = [machine.name for machine in (*fleet.ranked, *fleet.not_judged)]
     written = {name for name in names if (results / name / REPORT).is_file()}
-    pages.write_page(folder / "fleet.html", fleet_page(fleet, written))
+    rendering.write_page(folder / "fleet.html", fleet_page(fleet, written))
 
 
 def fleet_lead(fleet: Fleet) -> list[str]:

@@ -23,8 +23,8 @@ from .gap_words import (
     unit_of,
     value_name,
 )
+from .page import Table
 from .shares import percent, percent_interval
-from .text_table import TextTable
 
 # More candidates than this are easier to read on the page.
 MOST_CANDIDATES = 5
@@ -45,7 +45,7 @@ def told_remarks(diagnosis: Diagnosis) -> tuple[Remark, ...]:
     )
 
 
-def brief_tables(diagnosis: Diagnosis) -> Iterator[TextTable]:
+def brief_tables(diagnosis: Diagnosis) -> Iterator[Table]:
     """Yields the tables that a diagnosis has something for, the gap first."""
     if diagnosis.how_far is not None:
         added = bool(diagnosis.effects or diagnosis.missing_laws)
@@ -53,7 +53,7 @@ def brief_tables(diagnosis: Diagnosis) -> Iterator[TextTable]:
     if diagnosis.where.subsystem:
         shares = sorted(diagnosis.where.subsystem.items(), key=lambda item: -item[1])
         rows = [(name, percent(share)) for name, share in shares]
-        yield TextTable(("where", "share of the gap"), tuple(rows))
+        yield Table("", ("where", "share of the gap"), rows)
     if diagnosis.effects:
         sizes = [
             (
@@ -63,7 +63,7 @@ def brief_tables(diagnosis: Diagnosis) -> Iterator[TextTable]:
             for effect in diagnosis.effects
             for i, (name, size) in enumerate(effect.parameters.items())
         ]
-        yield TextTable(("effect", "probability", "size", "90 % interval"), tuple(sizes))
+        yield Table("", ("effect", "probability", "size", "90 % interval"), sizes)
     if diagnosis.missing_laws:
         laws = [
             (
@@ -73,7 +73,7 @@ def brief_tables(diagnosis: Diagnosis) -> Iterator[TextTable]:
             )
             for found in diagnosis.missing_laws
         ]
-        yield TextTable(("missing law", "its form", "share of what is removed"), tuple(laws))
+        yield Table("", ("missing law", "its form", "share of what is removed"), laws)
     if diagnosis.candidates:
         yield _candidates(diagnosis.candidates)
     moved = [
@@ -86,10 +86,10 @@ def brief_tables(diagnosis: Diagnosis) -> Iterator[TextTable]:
         if value.moved
     ]
     if moved:
-        yield TextTable(("value that moved", "rig file", "estimate", "90 % interval"), tuple(moved))
+        yield Table("", ("value that moved", "rig file", "estimate", "90 % interval"), moved)
 
 
-def _candidates(candidates: Sequence[Candidate]) -> TextTable:
+def _candidates(candidates: Sequence[Candidate]) -> Table:
     """The first candidates, and the one that was chosen wherever it stands."""
     best = chosen(candidates)
     shown = list(candidates[:MOST_CANDIDATES])
@@ -106,10 +106,10 @@ def _candidates(candidates: Sequence[Candidate]) -> TextTable:
         for candidate in shown
     ]
     headings = ("candidate", "removes", "nats behind", "probability", "decision")
-    return TextTable(headings, tuple(rows), caption=candidate_notes(shown))
+    return Table("", headings, rows, note=candidate_notes(shown))
 
 
-def _gap(gap: HowFar, *, added: bool) -> TextTable:
+def _gap(gap: HowFar, *, added: bool) -> Table:
     """added: whether effects or laws were added to the last simulation."""
     floor = " to ".join(map(percent, gap.noise_floor))
     means = (gap.nominal, gap.calibrated, gap.augmented)
@@ -126,4 +126,4 @@ def _gap(gap: HowFar, *, added: bool) -> TextTable:
             "machine."
         )
     headings = ("gap on held-out data", *SIMULATIONS.values(), "floor")
-    return TextTable(headings, tuple(rows), caption=caption)
+    return Table("", headings, rows, note=caption)

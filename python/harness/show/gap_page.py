@@ -18,21 +18,9 @@ from .gap_words import SIMULATIONS, VERDICTS
 from .law_section import missing_law_section
 from .named import named_effect
 from .next_words import again_command, experiment_steps, experiment_words
-from .page import (
-    Bars,
-    Block,
-    Code,
-    Folded,
-    Heading,
-    Items,
-    Note,
-    Page,
-    Section,
-    Table,
-    Tagged,
-    render_page,
-)
+from .page import Bars, Block, Code, Folded, Heading, Items, Note, Page, Section, Table, Tagged
 from .reading_section import reading_folded
+from .rendering import render_page
 from .shares import percent, percent_interval
 from .where_section import where_section
 from .which_section import which_section

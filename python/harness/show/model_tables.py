@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from ..base.plain_number import plain_number
 from ..models.estimation.words import not_white_words, servo_words, state_words
 from ..models.identification.criteria import simulation_cell, simulation_words
-from .text_table import TextTable
+from .page import Table
 
 if TYPE_CHECKING:
     from ..models.estimation import EstimationResult
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 LEAST_POWER, MOST_POWER = -3, 4
 
 
-def candidate_table(result: IdentificationResult) -> TextTable:
+def candidate_table(result: IdentificationResult) -> Table:
     """Returns the figures of the best candidate of each order; the chosen one is marked.
 
     FPE, loss and MDL have a power of ten in common, which stands in the title, so that a terminal
@@ -30,7 +30,7 @@ def candidate_table(result: IdentificationResult) -> TextTable:
     power = _power(result.chosen.validation.loss)
     rows = tuple(
         (
-            f"{candidate.orders.na}{' *' * (candidate.orders == result.chosen.orders)}",
+            str(candidate.orders.na),
             str(candidate.orders.nk),
             f"{candidate.one_step_fit_percent:.2f}",
             simulation_cell(candidate.simulation_fit_percent),
@@ -45,7 +45,8 @@ def candidate_table(result: IdentificationResult) -> TextTable:
     title = "fit on the validation half; the chosen order is marked"
     if power:
         title += f"; FPE, loss and MDL in units of 1e{power}"
-    return TextTable(headings, rows, title=title)
+    chosen = [one.orders for one in result.by_order].index(result.chosen.orders)
+    return Table(title, headings, rows, [chosen])
 
 
 def _power(loss: float) -> int:
@@ -73,12 +74,12 @@ def identification_lines(result: IdentificationResult) -> list[str]:
     ]
 
 
-def servo_table(result: EstimationResult) -> TextTable | None:
+def servo_table(result: EstimationResult) -> Table | None:
     """Returns K, omega_n and xi with their intervals and trust; None where there is no servo."""
     return None if result.servo is None else servo_path_table(result.servo)
 
 
-def servo_path_table(servo: ServoPath) -> TextTable:
+def servo_path_table(servo: ServoPath) -> Table:
     """Returns K, omega_n and xi over a record with their intervals and trust."""
     rows = []
     for value in servo:
@@ -89,7 +90,7 @@ def servo_path_table(servo: ServoPath) -> TextTable:
         trusted = f"{100.0 * value.trusted_share:.0f} % of the record"
         rows.append((value.name, told, interval, trusted))
     headings = ("servo", "value", "90 % interval", "trusted")
-    return TextTable(headings, tuple(rows), title=f"delay in samples: {servo.delay}")
+    return Table(f"delay in samples: {servo.delay}", headings, rows)
 
 
 def servo_lines(result: EstimationResult) -> list[str]:
@@ -97,13 +98,13 @@ def servo_lines(result: EstimationResult) -> list[str]:
     return [] if result.servo is None else servo_words(result.servo)
 
 
-def parameter_table(result: EstimationResult) -> TextTable:
+def parameter_table(result: EstimationResult) -> Table:
     """Returns the estimated parameters with their intervals."""
     rows = tuple(
         (name, f"{entry['value']:.5g}", f"{entry['ci95'][0]:.5g} .. {entry['ci95'][1]:.5g}")
         for name, entry in result.to_dict()["parameters"].items()
     )
-    return TextTable(("parameter", "value", "95 % interval"), rows)
+    return Table("", ("parameter", "value", "95 % interval"), rows)
 
 
 def estimation_lines(result: EstimationResult) -> list[str]:
@@ -126,7 +127,7 @@ def estimation_lines(result: EstimationResult) -> list[str]:
     return lines if result.residuals_white else [*lines, not_white_words(result)]
 
 
-def run_table(run: SimulationRun) -> TextTable:
+def run_table(run: SimulationRun) -> Table:
     """Returns the range of each simulated output, and the error of its integration."""
     rows = tuple(
         (name, f"{values.min():.5g}", f"{values.max():.5g}", plain_number(100.0 * error, 2))
@@ -134,4 +135,4 @@ def run_table(run: SimulationRun) -> TextTable:
         for values in [run.record.column(name)]
     )
     headings = ("output", "lowest", "highest", "error of integration, % of range")
-    return TextTable(headings, rows)
+    return Table("", headings, rows)

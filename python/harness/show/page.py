@@ -1,43 +1,37 @@
 # SPDX-License-Identifier: MIT
-"""The one model of a page, a sequence of blocks, and its rendering as one offline HTML file."""
+"""The one model of what is shown, a sequence of blocks; `rendering` makes HTML and text of it."""
 
 from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
-import jinja2
-from markupsafe import Markup
-from matplotlib.figure import Figure
-
-import ehsid
-
-from ..base.files import write_text
-from ..base.text import printable
-from .picture_data import embedded
+import msgspec
 
 if TYPE_CHECKING:
     from bokeh.plotting import figure as bokeh_figure
+    from matplotlib.figure import Figure
 
-# A column is aligned to the right if its first cell with text begins with a number or is a dash. A
-# word such as a checksum may begin with a digit.
+# A column is aligned to the right if at least half of its cells with text begin with a number or
+# are a dash. A word such as a checksum may begin with a digit.
 NUMBER = re.compile(r"[-+−–±≤≥<>(]?\s*(?:\d[\d.,]*|\.\d+)(?:e[-+]?\d+)?(?!\w)|[-–]$")
 
 
-@dataclass(frozen=True)
-class Tagged:
-    """A text with a highlighted tag in front or behind, and a hint that appears on hovering."""
+class Tagged(msgspec.Struct, frozen=True, tag=True):
+    """A text with a highlighted tag behind it, and a hint that appears on hovering.
+
+    `kind` is "good", "bad" or "soft", for the colour of the text; "" has none.
+    """
 
     text: str
     tag: str = ""
     hint: str = ""
+    kind: str = ""
 
 
-@dataclass(frozen=True)
-class Bar:
+class Bar(msgspec.Struct, frozen=True, tag=True):
     """A bar with its texts; `width`, and the ends `low` and `high` of its interval, in per cent."""
 
     label: str
@@ -49,8 +43,7 @@ class Bar:
     note: str = ""
 
 
-@dataclass(frozen=True)
-class Mark:
+class Mark(msgspec.Struct, frozen=True, tag=True):
     """An estimate and its interval on an axis, in per cent of the axis; None where not known."""
 
     at: float | None
@@ -58,8 +51,7 @@ class Mark:
     high: float | None
 
 
-@dataclass(frozen=True)
-class Scale:
+class Scale(msgspec.Struct, frozen=True, tag=True):
     """The heading of a column of marks: texts at the left end, the middle and the right end."""
 
     left: str
@@ -67,8 +59,7 @@ class Scale:
     right: str
 
 
-@dataclass(frozen=True)
-class Link:
+class Link(msgspec.Struct, frozen=True, tag=True):
     """A text that leads to a file beside the page; `to` is its relative address."""
 
     text: str
@@ -78,8 +69,7 @@ class Link:
 Cell = str | Tagged | Link | Bar | Mark
 
 
-@dataclass(frozen=True)
-class Fact:
+class Fact(msgspec.Struct, frozen=True, tag=True):
     """An answer: the question in a word or two, the answer, and a sentence on it."""
 
     name: str
@@ -87,44 +77,38 @@ class Fact:
     note: str = ""
 
 
-@dataclass(frozen=True)
-class Facts:
+class Facts(msgspec.Struct, frozen=True, tag=True):
     """The answers that a reader wants first, side by side."""
 
     facts: Sequence[Fact]
 
 
-@dataclass(frozen=True)
-class Heading:
+class Heading(msgspec.Struct, frozen=True, tag=True):
     """A heading inside a section."""
 
     text: str
 
 
-@dataclass(frozen=True)
-class Note:
+class Note(msgspec.Struct, frozen=True, tag=True):
     """A paragraph in small type, which a reader may skip."""
 
     text: str
 
 
-@dataclass(frozen=True)
-class Code:
+class Code(msgspec.Struct, frozen=True, tag=True):
     """Lines to be copied as they are, such as a command or an equation."""
 
     text: str
 
 
-@dataclass(frozen=True)
-class Items:
+class Items(msgspec.Struct, frozen=True, tag=True):
     """A list, numbered or with bullets."""
 
     items: Sequence[str | Tagged]
     numbered: bool = False
 
 
-@dataclass(frozen=True)
-class Table:
+class Table(msgspec.Struct, frozen=True, tag=True):
     """A table whose cells are finished text, tagged text, small bars or marks on an axis.
 
     Attributes
@@ -137,34 +121,41 @@ class Table:
         rows with one cell for each column.
     marked
         indices of the rows to highlight.
+    note
+        what is to be known of the numbers, below the table.
     """
 
     caption: str
     columns: Sequence[str | Scale]
     rows: Sequence[Sequence[Cell]]
     marked: Sequence[int] = ()
+    note: str = ""
 
     def align(self, column: int) -> str:
         """Returns the CSS class of a column: "axis", "number" or "text"."""
         cells = [row[column] for row in self.rows if row[column] != ""]
         if cells and isinstance(cells[0], Mark):
             return "axis"
-        first = cells[0] if cells else "0"
-        text = first.text if isinstance(first, Tagged | Link) else first
-        # Bars stand to the right with the numbers.
-        return "text" if isinstance(text, str) and not NUMBER.match(text) else "number"
+        numbers = [isinstance(one, Bar) or bool(NUMBER.match(cell_text(one))) for one in cells]
+        # A word among numbers says why there is none. Bars stand to the right with the numbers.
+        return "number" if 2 * sum(numbers) >= len(numbers) else "text"
 
 
-@dataclass(frozen=True)
-class Bars:
+def cell_text(cell: Cell) -> str:
+    """Returns the text of a cell or a heading without its tag; a mark has none."""
+    if isinstance(cell, str):
+        return cell
+    return cell.shown if isinstance(cell, Bar) else "" if isinstance(cell, Mark) else cell.text
+
+
+class Bars(msgspec.Struct, frozen=True, tag=True):
     """Horizontal bars under each other; `label` describes them to readers who cannot see them."""
 
     label: str
     bars: Sequence[Bar]
 
 
-@dataclass(frozen=True)
-class Column:
+class Column(msgspec.Struct, frozen=True, tag=True):
     """A stretch of time as an upright bar; places and sizes in per cent of the axes."""
 
     left: float
@@ -173,8 +164,7 @@ class Column:
     text: str
 
 
-@dataclass(frozen=True)
-class Timeline:
+class Timeline(msgspec.Struct, frozen=True, tag=True):
     """The upright bars of one record, and the start and the end of its time axis."""
 
     record: str
@@ -224,7 +214,8 @@ class Beside:
     groups: Sequence[Sequence[Block]]
 
 
-# A plain text is a paragraph.
+# A plain text is a paragraph. What has only texts and numbers can be kept as JSON.
+Told = str | Heading | Note | Items | Table
 Block = (
     str
     | Heading
@@ -301,70 +292,3 @@ def all_blocks(blocks: Sequence[Block]) -> Iterator[Block]:
         elif isinstance(block, Beside):
             for group in block.groups:
                 yield from all_blocks(group)
-
-
-def render_page(page: Page) -> str:
-    """Returns the HTML of a page, which needs no other files."""
-    environment = jinja2.Environment(
-        loader=jinja2.PackageLoader("ehsid.harness.show"),
-        autoescape=True,
-        undefined=jinja2.StrictUndefined,
-        finalize=_shown,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
-    environment.filters |= {"embedded": embedded, "kind": lambda block: type(block).__name__}
-    contents = [*page.lead, *page.summary, *(b for part in page.sections for b in part.blocks)]
-    plots = [block for block in all_blocks(contents) if isinstance(block, Plot)]
-    library, script, places = _drawn(plots)
-    return environment.get_template("page.html.j2").render(
-        page=page,
-        version=ehsid.__version__,
-        library=library,
-        script=script,
-        places=dict(zip(plots, places, strict=True)),
-    )
-
-
-def _shown(value: Any) -> Any:
-    """Returns what is put into a page: texts without control characters, finished HTML as it is."""
-    if isinstance(value, str) and not isinstance(value, Markup):
-        return printable(value)
-    return value
-
-
-def _drawn(plots: Sequence[Plot]) -> tuple[str, str, Sequence[str]]:
-    """Returns the HTML of the library, of the script that draws, and of the place of each plot."""
-    if not plots:
-        return "", "", []
-    from bokeh.embed import components  # only pages with plots wait for bokeh
-    from bokeh.resources import Resources
-
-    script, places = components([plot.figure for plot in plots])
-    # Not `render_js`: where Panel is imported, it would name files of Panel as well.
-    parts = Resources(mode="inline", components=["bokeh"]).js_raw
-    library = "\n".join(f'<script type="text/javascript">\n{part}\n</script>' for part in parts)
-    return library, script, places
-
-
-def write_page(path: Path, page: Page) -> None:
-    """Writes the page, whole or not at all; its folder exists."""
-    write_text(path, render_page(page))
-
-
-def write_pictures(folder: Path, page: Page) -> list[Path]:
-    """Writes every picture of the page as a PNG file, numbered and named after its section.
-
-    Returns the paths in the order of the page.
-    """
-    folder.mkdir(parents=True, exist_ok=True)
-    written: list[Path] = []
-    titled = [("summary", page.summary), *((part.title, part.blocks) for part in page.sections)]
-    for title, blocks in titled:
-        slug = re.sub(r"[^a-z0-9]+", "_", title.lower()).strip("_")
-        for block in all_blocks(blocks):
-            if isinstance(block, Picture):
-                path = folder / f"{len(written) + 1:02d}_{slug}.png"
-                block.figure.savefig(path, dpi=110, format="png")
-                written.append(path)
-    return written

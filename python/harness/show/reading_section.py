@@ -4,16 +4,19 @@
 from __future__ import annotations
 
 from ..records import Origin
-from .page import Block, Folded, Items, Section, Table
-
-HEADINGS = ("column", "taken for", "unit", "factor", "why")
+from .page import Folded, Items, Section, Table, Told
 
 
-def reading_blocks(origin: Origin) -> list[Block]:
+def origin_table(origin: Origin) -> Table:
+    """Returns which column was taken for which channel, and why."""
+    return Table("", ("column", "taken for", "unit", "factor", "why"), origin.rows())
+
+
+def reading_blocks(origin: Origin) -> list[Told]:
     """Returns the table of the columns, and the remarks on what was changed and guessed."""
-    blocks: list[Block] = [f"The file was read as {origin.kind}."]
+    blocks: list[Told] = [f"The file was read as {origin.kind}."]
     if origin.taken:
-        blocks.append(Table("", HEADINGS, origin.rows()))
+        blocks.append(origin_table(origin))
     if origin.remarks:
         blocks.append(Items(list(origin.remarks)))
     return blocks

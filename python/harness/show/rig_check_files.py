@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Writes the files of a check of a rig against records."""
+"""The table of a check of a rig against records, and its files."""
 
 from __future__ import annotations
 
@@ -9,7 +9,19 @@ from pathlib import Path
 from ..base.encoding import json_text
 from ..base.files import write_text
 from ..fitness import RecordCheck, rig_check_file
+from ..fitness.finding import Finding, WrittenFinding
 from ..rigs import Rig
+from .page import Table, Tagged
+
+KINDS = {"fits": "good", "does not fit": "bad", "cannot be told": "soft"}
+
+
+def check_table(findings: Sequence[Finding | WrittenFinding]) -> Table:
+    """Returns the outcome of each check, and the reason."""
+    rows = [
+        (one.check, Tagged(str(one.status), kind=KINDS[one.status]), one.text) for one in findings
+    ]
+    return Table("", ("check", "outcome", "why"), rows)
 
 
 def pictures_of(records: int) -> list[str]:

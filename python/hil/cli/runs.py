@@ -8,10 +8,10 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
-from ehsid.harness.cli.common import make_table
-from ehsid.harness.cli.console import Console, print_points
+from ehsid.harness.cli.console import Console, print_blocks, print_points
 from ehsid.harness.cli.options import HilLoop
 from ehsid.harness.rigs import Rig
+from ehsid.harness.show.page import Table
 from ehsid.harness.signals.simulation import suggested_controller
 from ehsid.harness.signals.simulation.outputs import OUTPUTS_OF
 
@@ -124,7 +124,7 @@ def show(identity: Identity, runs: Runs, file: HilFile, out: Path) -> None:
     console = Console()
     print_points(lead(identity, runs), console, indent=0)
     rows = [_row(run) for run in file.runs]
-    console.print(make_table(list(rows[0]), [list(row.values()) for row in rows]))
+    print_blocks([Table("", list(rows[0]), [list(row.values()) for row in rows])], console)
     console.print(f"report: {out / REPORTS[0]}", soft_wrap=True)
 
 

@@ -17,9 +17,10 @@ from ehsid.harness.models.identification import ArxOrders, IoData, Preprocessing
 from ehsid.harness.records import NO_HINTS, Hints, Record
 from ehsid.harness.records.origin import with_reading
 from ehsid.harness.rigs import Rig
-from ehsid.harness.show.page import Page, Picture, Section, write_page, write_pictures
+from ehsid.harness.show.page import Page, Picture, Section
 from ehsid.harness.show.reading_section import reading_section
 from ehsid.harness.show.record_figure import record_figure
+from ehsid.harness.show.rendering import write_page, write_pictures
 
 from ..studies.convergence import Starts, compare_starts
 from ..studies.evidence import median_interval

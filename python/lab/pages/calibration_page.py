@@ -8,7 +8,7 @@ from pathlib import Path
 
 from ehsid.harness.base.encoding import json_text
 from ehsid.harness.base.files import write_text
-from ehsid.harness.show import page as pages
+from ehsid.harness.show import rendering
 from ehsid.harness.show.page import Page, Picture, Section
 
 from ..calibration.checking import Calibration
@@ -41,7 +41,7 @@ def write_calibration(calibration: Calibration, machines: Iterable[Machine], fol
     """Writes the files `FILES` of a calibration into a folder that exists."""
     write_text(folder / JSON, json_text(calibration, indent=1))
     write_features(folder / FEATURES, machines)
-    pages.write_page(folder / PAGE, calibration_page(calibration))
+    rendering.write_page(folder / PAGE, calibration_page(calibration))
 
 
 def calibration_lead(calibration: Calibration) -> list[str]:

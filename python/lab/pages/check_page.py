@@ -8,9 +8,9 @@ from pathlib import Path
 
 from ehsid.harness.base.encoding import json_text
 from ehsid.harness.base.files import write_text
-from ehsid.harness.show import page as pages
-from ehsid.harness.show.page import Block, Page, Picture, Section, Table, write_pictures
-from ehsid.harness.show.page_markdown import markdown
+from ehsid.harness.show import rendering
+from ehsid.harness.show.page import Block, Page, Picture, Section, Table
+from ehsid.harness.show.rendering import markdown, write_pictures
 
 from ..scoring.figures import Figure
 from ..scoring.score import Score, score_file
@@ -45,7 +45,7 @@ def write_page(score: Score, folder: Path) -> None:
     pictures = write_pictures(folder, page)
     write_text(folder / "score.json", json_text(score_file(score), indent=1))
     write_text(folder / "check.md", markdown(page, pictures))
-    pages.write_page(folder / "report.html", page)
+    rendering.write_page(folder / "report.html", page)
 
 
 def check_page(score: Score) -> Page:

@@ -10,6 +10,7 @@ import msgspec
 
 from ehsid.harness.base.arrays import FloatArray
 from ehsid.harness.base.encoding import from_json
+from ehsid.harness.show.page import Heading, Table
 
 from .. import look
 from ..jobs import State
@@ -114,8 +115,8 @@ def events_html(told: Told) -> str:
     """Returns what has happened during a run, the newest in front."""
     if not told.events:
         return ""
-    rows = [[f"{time_s:.2f} s", look.plain(words)] for time_s, words in reversed(told.events)]
-    return "<h2>Events</h2>" + look.table(["time", "what"], rows, (0,))
+    rows = [(f"{time_s:.2f} s", words) for time_s, words in reversed(told.events)]
+    return look.told(Heading("Events"), Table("", ("time", "what"), rows))
 
 
 def ended_html(folder: Path, told: Told) -> str:

@@ -10,14 +10,13 @@ import panel as pn
 
 from ehsid.harness.base.encoding import from_json
 from ehsid.harness.fitness.finding import RigCheckFile, WrittenCheck
+from ehsid.harness.show.page import Block, Heading, Items
+from ehsid.harness.show.rig_check_files import check_table
 
 from .. import look
 from ..flow import standings
 from ..tasks import REMARKS, Said
 from .step import StepView, progress
-
-CLASSES = {"fits": "good", "does not fit": "bad", "cannot be told": "soft"}
-MARKS = {"fits": "✓", "does not fit": "✗", "cannot be told": "?"}
 
 
 class CheckStep(StepView):
@@ -61,7 +60,7 @@ class CheckStep(StepView):
                 'would have">'
             )
         between = [one.what for one in remarks if not one.record]
-        return html + _items("Between the records", between)
+        return html + look.told(*_items("Between the records", between))
 
 
 def _verdict(result: RigCheckFile, remarks: list[Said]) -> str:
@@ -88,23 +87,9 @@ def _verdict(result: RigCheckFile, remarks: list[Said]) -> str:
 
 
 def _of_record(check: WrittenCheck, remarks: list[str]) -> str:
-    rows = [
-        [
-            look.plain(finding.check),
-            f'<span class="{CLASSES[finding.status]}">{MARKS[finding.status]} '
-            f"{look.plain(finding.status)}</span>",
-            look.plain(finding.text),
-        ]
-        for finding in check.findings
-    ]
-    notes = list(dict.fromkeys([*check.notes, *remarks]))
-    return (
-        f"<h2>{look.plain(check.record)}</h2>"
-        + look.table(["compared", "outcome", "why"], rows)
-        + _items("To be known about this record", notes)
-    )
+    notes = _items("To be known about this record", [*check.notes, *remarks])
+    return look.told(Heading(check.record), check_table(check.findings), *notes)
 
 
-def _items(title: str, items: list[str]) -> str:
-    listed = "".join(f"<li>{look.plain(item)}</li>" for item in items)
-    return f"<h2>{title}</h2><ul>{listed}</ul>" if items else ""
+def _items(title: str, items: list[str]) -> list[Block]:
+    return [Heading(title), Items(list(dict.fromkeys(items)))] if items else []

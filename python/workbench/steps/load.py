@@ -9,6 +9,7 @@ from typing import Any
 import panel as pn
 
 from ehsid.harness.records.formats import ENDINGS
+from ehsid.harness.show.page import Heading, Table
 
 from .. import look
 from ..downsampling import opened
@@ -148,12 +149,11 @@ class LoadStep(StepView):
             [stacked(panels, None, self.page.theme, "row").layout] if panels else []
         )
         rows = [
-            [look.plain(one.name), look.plain(one.unit), f"{one.size}", _number(one.low),
-             _number(one.high)]
+            (one.name, one.unit, f"{one.size}", _number(one.low), _number(one.high))
             for one in reading.columns
-        ]  # fmt: skip
-        headings = ["column", "unit", "values", "smallest", "largest"]
-        self._about.object = "<h2>Columns of the log</h2>" + look.table(headings, rows, (2, 3, 4))
+        ]
+        headings = ("column", "unit", "values", "smallest", "largest")
+        self._about.object = look.told(Heading("Columns of the log"), Table("", headings, rows))
 
 
 def _label(column: LogColumn) -> str:

@@ -13,6 +13,7 @@ from ehsid.harness.rigs import RigError, read_rig
 from ehsid.harness.rigs.answers import answered, read_answer, rig_file_text
 from ehsid.harness.rigs.new import Entry, shown
 from ehsid.harness.rigs.questions import EXAMPLES, QUESTIONS, Question
+from ehsid.harness.show.page import Table, Tagged
 
 from .. import look
 from ..drawing import machine_svg
@@ -190,13 +191,12 @@ class RigStep(StepView):
             self._values.object = look.error(str(error))
             return
         rows = [
-            [_meaning(key), look.plain(shown(key, value)),
-             f"± {100.0 * rig.uncertainty[key]:.3g} %" if key in rig.uncertainty else ""]
+            (_meaning(key), shown(key, value), _sigma(rig.uncertainty.get(key)))
             for key, value in rig.values.items()
-        ]  # fmt: skip
-        self._values.object = (
-            f"<p>The rig file <b>{look.plain(rig.name)}</b> is used as it is.</p>"
-            + (look.table(["value", "is", "1-sigma"], rows, (1, 2)))
+        ]
+        self._values.object = look.told(
+            f"The rig file {rig.name} is used as it is.",
+            Table("", ("value", "is", "1-sigma"), rows),
         )
 
 
@@ -208,28 +208,27 @@ def _hint(question: Question) -> str:
     return f'<p class="soft small">{look.plain(question.why)}</p>' if question.why else ""
 
 
-def _meaning(key: str) -> str:
-    """Returns the name of a value as the rig file has it, and what it means, as HTML."""
+def _meaning(key: str) -> Tagged:
+    """Returns the name of a value as the rig file has it, and what it means."""
     parameter = plant_parameters().get(key)
-    name = f"<code>{look.plain(key)}</code>"
-    if parameter is None:
-        return name
-    return f'{name}<br><span class="soft">{look.plain(parameter.meaning)}</span>'
+    return Tagged(key, "" if parameter is None else parameter.meaning)
+
+
+def _sigma(share: float | None) -> str:
+    return "" if share is None else f"± {100.0 * share:.3g} %"
 
 
 def _values(entries: list[Entry]) -> str:
     rows = [
-        [
+        (
             _meaning(entry.key),
-            look.plain(entry.shown),
-            "" if entry.sigma is None else f"± {100.0 * entry.sigma:.3g} %",
-            "given"
-            if entry.given
-            else f'<span class="soft">typical: {look.plain(entry.why)}</span>',
-        ]
+            entry.shown,
+            _sigma(entry.sigma),
+            "given" if entry.given else Tagged(f"typical: {entry.why}", kind="soft"),
+        )
         for entry in entries
     ]
     return (
         '<p><span class="good">✓</span> Saved as rig.toml, in SI units, with a comment on each '
-        "value.</p>" + look.table(["value", "is", "1-sigma", "origin"], rows, (2,))
+        "value.</p>" + look.told(Table("", ("value", "is", "1-sigma", "origin"), rows))
     )

@@ -11,6 +11,7 @@ from bokeh.models import Column
 
 from ehsid.harness.catalogue.channels import shown_channel
 from ehsid.harness.diagnosis import STAGES, in_words
+from ehsid.harness.show.page import Table
 from ehsid.harness.show.shares import percent
 
 from .. import look
@@ -96,8 +97,9 @@ def _words(known: SoFar) -> str:
         del gaps["augmented"]
     html += f"<div><b>Gap on held-out data, so far</b>{_bars(gaps)}</div></div>"
     if known.sets:
-        rows = [[look.plain(_first_upper(in_words(ids))), _percent(gap)] for ids, gap in known.sets]
-        html += look.table(["sets that were tried, so far", "gap that is left"], rows, (1,))
+        rows = [(_first_upper(in_words(ids)), _percent(gap)) for ids, gap in known.sets]
+        headings = ("sets that were tried, so far", "gap that is left")
+        html += look.told(Table("", headings, rows))
     html += '<p class="soft">Not a result yet: what has more values always leaves less.</p>'
     if known.runs:
         name = look.plain(known.runs[0].record)

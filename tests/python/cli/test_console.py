@@ -14,31 +14,32 @@ from typer.testing import CliRunner
 
 from ehsid.harness.base.text import printable
 from ehsid.harness.cli import cli
-from ehsid.harness.cli.common import make_table, refuse
-from ehsid.harness.cli.console import Console, print_points
+from ehsid.harness.cli.common import refuse
+from ehsid.harness.cli.console import Console, print_blocks, print_points
 from ehsid.harness.cli.progress import progress_of
 from ehsid.harness.rigs import read_rig, write_rig
+from ehsid.harness.show.page import Table, Told
 
 BENCH = ROOT / "examples" / "rigs" / "bench.toml"
 EVIL = ["[/red]", "[bold]x[/bold]", "[link=file:///etc/passwd]x[/link]", ":smile:", "\\[x]"]
 
 
-def printed(what: object) -> str:
+def printed(what: Told) -> str:
     console = Console(force_terminal=True, width=200, color_system=None)
     with console.capture() as captured:
-        console.print(what)
+        print_blocks([what], console)
     return captured.get()
 
 
 @pytest.mark.parametrize("text", EVIL)
 def test_markup_in_data_is_printed_as_it_is(text: str) -> None:
     assert printed(text) == f"{text}\n"
-    assert text in printed(make_table((text,), [(text,)], title=text))
+    assert text in printed(Table(text, (text,), [(text,)]))
 
 
 def test_escape_sequences_in_data_are_written_out(capsys: pytest.CaptureFixture[str]) -> None:
     evil = "\x1b[2Jgone\r\x07\u202e"
-    for text in (printed(evil), printed(make_table(("a",), [(evil,)]))):
+    for text in (printed(evil), printed(Table("", ("a",), [(evil,)]))):
         assert "\\x1b[2Jgone\\r\\x07\\u202e" in text
     with pytest.raises(Exception, match="2"):
         refuse(evil)

@@ -44,7 +44,7 @@ def test_tables_have_all_coefficients_and_roots(servo: IdentificationResult) -> 
     assert names == ["a1", "a2", "a3", "b1", "b2", "b3", "offset"]
     table = root_table(servo)
     assert [row[0] for row in table.rows] == ["pole", "pole", "zero", "zero"]
-    assert "f in Hz" in table.headings
+    assert "f in Hz" in table.columns
     (pole,) = [row for row in table.rows if row[4] == "integrator"]
     assert pole[1].startswith(("1", "0.999"))
     assert pole[5] == ""
@@ -55,6 +55,6 @@ def test_tables_have_all_coefficients_and_roots(servo: IdentificationResult) -> 
 
 def test_without_time_and_with_another_order_there_is_no_servo() -> None:
     unknown = identified(None, 3)
-    assert "f in Hz" not in root_table(unknown).headings
+    assert "f in Hz" not in root_table(unknown).columns
     assert "needs the sampling time" in " ".join(servo_lines(unknown, "u", "y"))
     assert "na = 2 and nb = 2" in servo_lines(identified(DT_S, 2), "u", "y")[1]

@@ -18,7 +18,6 @@ from ehsid.harness.show.gap_brief import brief_tables, told_reasons, told_remark
 from ehsid.harness.show.gap_page import render_diagnosis
 from ehsid.harness.show.page import Note, Table
 from ehsid.harness.show.shares import percent
-from ehsid.harness.show.text_table import TextTable
 from ehsid.harness.show.which_section import which_section
 
 RANKED: tuple[tuple[str, float, str], ...] = (
@@ -41,8 +40,8 @@ def diagnosed(ranked: Sequence[tuple[str, float, str]]) -> Diagnosis:
     return replace(diagnosis, candidates=tuple(candidates))
 
 
-def candidates_of(diagnosis: Diagnosis) -> TextTable:
-    (table,) = (each for each in brief_tables(diagnosis) if each.headings[0] == "candidate")
+def candidates_of(diagnosis: Diagnosis) -> Table:
+    (table,) = (each for each in brief_tables(diagnosis) if each.columns[0] == "candidate")
     return table
 
 
@@ -53,8 +52,8 @@ def test_nats_are_counted_from_the_named_set_which_is_always_in_the_table() -> N
         ("Coulomb friction", "0.0", percent(0.45), "named"),
     ]
     assert len(table.rows) == 5
-    assert "below that of the named set" in table.caption
-    assert '"Size not counted": ' in table.caption
+    assert "below that of the named set" in table.note
+    assert '"Size not counted": ' in table.note
 
 
 def test_the_page_counts_as_the_table_does() -> None:
@@ -74,8 +73,8 @@ def test_without_a_name_nats_are_counted_from_the_fit_without_effects() -> None:
         diagnosed((("sensor_lag", 0.0, "worse"), ("valve_lag", 2.5, "sufficient")))
     )
     assert [row[2] for row in table.rows] == ["-2.5", "0.0"]
-    assert "below that of the fit without effects" in table.caption
-    assert "counted" not in table.caption
+    assert "below that of the fit without effects" in table.note
+    assert "counted" not in table.note
 
 
 def test_why_a_short_record_cannot_be_judged_is_told_once() -> None:

@@ -9,8 +9,7 @@ import numpy as np
 import pytest
 from identification_truth import model16
 
-from ehsid.harness.cli.common import shown_table
-from ehsid.harness.cli.console import Console
+from ehsid.harness.cli.console import Console, print_blocks
 from ehsid.harness.models.identification import IoData, identify
 from ehsid.harness.show.model_tables import candidate_table
 
@@ -21,11 +20,11 @@ def test_the_table_of_orders_has_all_digits_at_80_columns(size: float) -> None:
     result = identify(IoData.from_arrays(u, size * np.asarray(y)))
     table = candidate_table(result)
     out = io.StringIO()
-    Console(file=out, width=80).print(shown_table(table))
+    print_blocks([table], Console(file=out, width=80))
     assert "…" not in out.getvalue()
     for row in table.rows:
         assert all(cell in out.getvalue() for cell in row)
-    power = next((w for w in table.title.split() if w.startswith("1e")), "1")
+    power = next((w for w in table.caption.split() if w.startswith("1e")), "1")
     for row, candidate in zip(table.rows, result.by_order, strict=True):
         for cell, value in (
             (row[4], candidate.validation.fpe),

@@ -31,10 +31,8 @@ from ehsid.harness.show.page import (
     Table,
     Tagged,
     Timeline,
-    render_page,
-    write_page,
 )
-from ehsid.harness.show.page_markdown import markdown
+from ehsid.harness.show.rendering import markdown, render_page, write_page
 
 
 def picture() -> Picture:

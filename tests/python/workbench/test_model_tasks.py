@@ -106,7 +106,7 @@ def test_the_servo_is_told_where_the_orders_are_those_of_one(session: Session) -
         told.append(estimate_words.servo(look.figures))
     choice.nb = 2
     assert told[0] == ""
-    for words in ("<td>K</td>", "m/s per V", "90 % interval", "% of the record"):
+    for words in (">K</th>", "m/s per V", "90 % interval", "% of the record"):
         assert words in told[1]
 
 

@@ -10,7 +10,7 @@ from made_checks import fair, made_answers, write_check
 from published_schemas import check_file
 
 from ehsid.harness.show.page import Page, Picture, Section, Table
-from ehsid.harness.show.page_markdown import markdown
+from ehsid.harness.show.rendering import markdown
 from ehsid.lab.pages.check_page import check_page, write_page
 from ehsid.lab.pages.check_words import figure_text, lead, number, target_text
 from ehsid.lab.scoring.score import Score, score_cases, score_folder
