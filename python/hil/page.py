@@ -8,7 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from ehsid.harness.models.estimation.words import servo_words
-from ehsid.harness.show.model_tables import servo_path_table
+from ehsid.harness.show.model_blocks import servo_table
 from ehsid.harness.show.page import Page, Picture, Section, Table
 from ehsid.harness.show.shares import percent
 
@@ -76,12 +76,12 @@ def _tables(runs: Runs) -> list[Table]:
     tables = []
     for name, _, agreement in runs:
         assert agreement.servo is not None
-        told = servo_path_table(agreement.servo)
+        told = servo_table(agreement.servo)
         caption = (
             f"{name}: each value where it was trusted last, or else at the end, with its 90 % "
-            f"interval, and for how long it was trusted. {told.title.capitalize()}."
+            f"interval, and for how long it was trusted. {told.caption.capitalize()}."
         )
-        tables.append(Table(caption, told.headings, told.rows))
+        tables.append(Table(caption, told.columns, told.rows))
     return tables
 
 

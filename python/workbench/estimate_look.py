@@ -16,11 +16,10 @@ from ehsid.harness.catalogue.channels import TIME
 from ehsid.harness.models.estimation import EstimationResult
 from ehsid.harness.models.estimation.advice import Advice
 from ehsid.harness.models.estimation.result import NORMAL_95
-from ehsid.harness.models.estimation.words import advice_words, not_white_words
+from ehsid.harness.models.estimation.words import advice_words
 from ehsid.harness.models.identification import IoData
 from ehsid.harness.records import Record
-from ehsid.harness.show import rendering
-from ehsid.harness.show.model_tables import servo_lines, servo_table
+from ehsid.harness.show.model_blocks import EstimateTold, estimate_told
 
 from .downsampling import Pyramid, make_pyramid, opened, store
 from .model_look import look_folder, times_of
@@ -43,21 +42,16 @@ class Estimated(msgspec.Struct, frozen=True):
         what it was made of.
     made_from
         digest of that and of the choices, see `Session.made_from`.
-    names, theta, deviations
-        coefficients at the end, and their standard deviations.
-    ranges
-        of each coefficient: lowest and highest value that the plot holds.
-    rmse, one_step, simulated
-        root mean square of the innovation in the unit of the output; fit in percent.
-    n_samples, skipped, converged
+    names, ranges
+        coefficients, and of each the lowest and highest value that the plot holds.
+    rmse
+        root mean square of the innovation in the unit of the output.
+    n_samples, converged
         see `Estimate`.
     reset_samples
         samples of the record at which a change was found.
-    not_white
-        what it means that the residuals are not white; "" if they are.
-    servo, servo_told
-        headings and rows of the table of K, omega_n and xi, and what is to be said of them; empty
-        where there is no servo.
+    told
+        what is told of it.
     tries
         what may make the estimate converge.
     """
@@ -67,19 +61,12 @@ class Estimated(msgspec.Struct, frozen=True):
     output_name: str
     made_from: str
     names: list[str]
-    theta: list[float]
-    deviations: list[float | None]
     ranges: list[tuple[float, float]]
     rmse: float
-    one_step: float
-    simulated: float | None
     n_samples: int
-    skipped: int
     converged: bool
     reset_samples: list[int]
-    not_white: str
-    servo: list[list[str]] = []
-    servo_told: list[str] = []
+    told: EstimateTold
     tries: list[str] = []
 
 
@@ -165,26 +152,16 @@ def _figures(session: Session, record: str, result: EstimationResult, data: IoDa
     lows = np.minimum(lows, result.theta - np.minimum(half, room))
     highs = np.maximum(highs, result.theta + np.minimum(half, room))
     resets = data.index[result.status == int(ehsid.Status.reset)]
-    fit = result.simulation_fit_percent
-    deviations = result.standard_deviation.tolist()
-    servo = servo_table(result)
     return Estimated(
         record=record,
         input_name=data.input_name,
         output_name=data.output_name,
         made_from=session.made_from("estimate"),
         names=list(result.orders.names),
-        theta=result.theta.tolist(),
-        deviations=[one if np.isfinite(one) else None for one in deviations],
         ranges=list(zip(lows.tolist(), highs.tolist(), strict=True)),
         rmse=result.rmse,
-        one_step=result.one_step_fit_percent,
-        simulated=fit if np.isfinite(fit) else None,
         n_samples=result.n_samples,
-        skipped=result.skipped,
         converged=result.converged,
         reset_samples=resets[:MOST_RESETS].tolist(),
-        not_white="" if result.residuals_white else not_white_words(result),
-        servo=[] if servo is None else rendering.table_texts(servo),
-        servo_told=servo_lines(result),
+        told=estimate_told(result, data.input_name, data.output_name, usual=True),
     )

@@ -7,12 +7,12 @@ from bokeh.models import Column, ColumnDataSource, Range1d
 from bokeh.plotting import figure
 
 from ehsid.harness.base.arrays import FloatArray
+from ehsid.harness.show.units import Shown, coefficient, column
 
 from .downsampling import Pyramid
 from .estimate_look import FACTOR, INNOVATION, INPUT, OUTPUT, EstimateLook, high, low
 from .look import THEMES
 from .plots import Line, Panel, stacked
-from .shown_units import coefficient, column
 
 SMALL, LARGE, AXIS = 150, 230, 30  # heights in pixels
 MARGIN = 0.3  # of the range of the coefficients, above and below
@@ -39,8 +39,7 @@ class EstimatePlots:
     def __init__(self, look: EstimateLook, theme: str) -> None:
         self._signals = {key: _Latest(pyramid) for key, pyramid in look.signals.items()}
         self._of = _identity(look)
-        names, ends = look.figures.names, (look.figures.input_name, look.figures.output_name)
-        source, output = column(ends[0]), column(ends[1])
+        names, (output, source) = look.figures.names, _ends(look)
         # Coefficients of one unit share an axis.
         self._groups = [
             group
@@ -48,7 +47,10 @@ class EstimatePlots:
             if (group := [name for name in names if name.startswith(letter)])
         ]
         coefficients = [
-            Panel(_label(group, ends), [self._banded(name, ends) for name in group])
+            Panel(
+                _label(group, output, source),
+                [self._banded(name, output, source) for name in group],
+            )
             for group in self._groups
         ]
         innovation = f"innovation in {output.unit}" if output.unit else "innovation"
@@ -84,9 +86,9 @@ class EstimatePlots:
         """The plots from top to bottom."""
         return self._stack.plots
 
-    def _banded(self, name: str, ends: tuple[str, str]) -> Line:
+    def _banded(self, name: str, above: Shown, below: Shown) -> Line:
         band = (self._signals[low(name)], self._signals[high(name)])
-        return Line(name, self._signals[name], coefficient(name, *ends).factor, band)
+        return Line(name, self._signals[name], coefficient(name, above, below).factor, band)
 
     def fits(self, look: EstimateLook) -> bool:
         """Whether these plots can show an estimate: of this record, with these coefficients."""
@@ -97,7 +99,7 @@ class EstimatePlots:
         for key, signal in self._signals.items():
             signal.now = look.signals[key]
         figures = look.figures
-        ends = (figures.input_name, figures.output_name)
+        ends = _ends(look)
         ranges = dict(zip(figures.names, figures.ranges, strict=True))
         for plot, group in zip(self.plots[2:], self._groups, strict=False):
             factors = [coefficient(name, *ends).factor for name in group]
@@ -111,13 +113,17 @@ class EstimatePlots:
         self._stack.draw()
 
 
+def _ends(look: EstimateLook) -> tuple[Shown, Shown]:
+    return column(look.figures.output_name), column(look.figures.input_name)
+
+
 def _identity(look: EstimateLook) -> object:
     figures = look.figures
     ends = (figures.input_name, figures.output_name)
     return figures.record, ends, figures.names, look.time_s.size
 
 
-def _label(group: list[str], ends: tuple[str, str]) -> str:
-    unit = coefficient(group[0], *ends).unit
+def _label(group: list[str], above: Shown, below: Shown) -> str:
+    unit = coefficient(group[0], above, below).unit
     words = "offset" if group[0].startswith("o") else group[0][0]
     return f"{words} in {unit}" if unit else words

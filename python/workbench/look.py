@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import re
 from html import escape
 from pathlib import Path
 
@@ -32,6 +33,7 @@ THEMES = {
     },
 }  # fmt: skip
 
+CODE = re.compile("`([a-z0-9. -]+)`")
 
 STYLE = Path(__file__).parent / "style"
 WORDS, CONTROLS, STEPS, STEP_BUTTON, PLAYGROUND = (
@@ -102,8 +104,8 @@ def plain(text: object) -> str:
 
 
 def told(*blocks: Block) -> str:
-    """Returns blocks as HTML; headings are those of a part of the page."""
-    return html(blocks, heading=2)
+    """Returns blocks as HTML; headings are those of a part of the page, and `words` are code."""
+    return CODE.sub(r"<code>\1</code>", html(blocks, heading=2))
 
 
 def error(text: str) -> str:

@@ -3,7 +3,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
+import numpy.typing as npt
 from bokeh.models import (
     AdaptiveTicker,
     BasicTickFormatter,
@@ -14,8 +17,10 @@ from bokeh.models import (
 )
 from bokeh.plotting import figure
 
+from ehsid.harness.models.identification.dynamics import Dynamics, Root
+
 from .look import COLOURS, THEMES, dress
-from .model_look import Bode, Correlation, Root
+from .model_look import Bode, Correlation
 from .plots import legend_above
 
 HEIGHT, CIRCLE, BESIDE = 300, 260, 95  # in pixels; beside the circle: axis and tools
@@ -23,12 +28,13 @@ FARTHEST = 2.0  # from z = 0, that the plot of poles and zeros reaches
 MARGIN_DB, MARGIN_DEG = 6.0, 60.0  # a band is very wide where the data hardly determine the model
 
 
-def poles_plot(poles: list[Root], zeros: list[Root], theme: str) -> figure:
+def poles_plot(model: Dynamics, theme: str) -> figure:
     """Returns poles and zeros in the z plane with the unit circle."""
     ink, colours = THEMES[theme], COLOURS[theme]
-    places = [*poles, *zeros]
+    poles, zeros = map(_places, (model.poles, model.zeros))
+    places = np.concatenate((poles, zeros))
     # A zero far away, which delays make, must not shrink the circle to a point.
-    reach = min(max([1.25, *(1.15 * np.hypot(one.real, one.imag) for one in places)]), FARTHEST)
+    reach = min(max([1.25, *(1.15 * np.abs(places))]), FARTHEST)
     plot = figure(
         width=CIRCLE + BESIDE,
         height=CIRCLE + BESIDE,
@@ -49,20 +55,26 @@ def poles_plot(poles: list[Root], zeros: list[Root], theme: str) -> figure:
         (poles, "poles", "x", colours[1]),
         (zeros, "zeros", "circle", colours[0]),
     ):
-        if roots:
+        if roots.size:
             plot.scatter(
                 "x", "y", marker=marker, size=12, line_color=colour, line_width=2.5,
                 fill_alpha=0.0, legend_label=words,
                 source={
-                    "x": [one.real for one in roots],
-                    "y": [one.imag for one in roots],
-                    "modulus": [float(np.hypot(one.real, one.imag)) for one in roots],
+                    "x": roots.real,
+                    "y": roots.imag,
+                    "modulus": np.abs(roots),
                 },
             )  # fmt: skip
-    beyond = sum(max(abs(one.real), abs(one.imag)) > reach for one in places)
+    beyond = np.sum(np.maximum(np.abs(places.real), np.abs(places.imag)) > reach)
     if beyond:
         plot.title.text = f"{beyond} outside of the plot: see the table"
     return _finished(plot, theme)
+
+
+def _places(roots: Sequence[Root]) -> npt.NDArray[np.complex128]:
+    """Returns where the roots are; a pair is given by its upper one."""
+    upper = np.array([complex(one.real, one.imag) for one in roots], dtype=np.complex128)
+    return np.concatenate((upper, upper[upper.imag > 0.0].conj()))
 
 
 def correlation_plot(test: Correlation, label: str, theme: str) -> figure:

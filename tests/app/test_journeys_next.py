@@ -51,7 +51,7 @@ def test_the_experiment_is_told_drawn_and_downloaded(page: Any, session: Session
 
 
 def test_the_rig_that_was_found_becomes_that_of_the_machine(page: Any, session: Session) -> None:
-    page.get_by_role("cell", name="Coulomb friction: force").wait_for()
+    page.get_by_role("rowheader", name="Coulomb friction: force").wait_for()
     found = downloaded(page, "Download rig.augmented.toml")
     press(page, "Use it as the rig of this machine")
     see(page, "the one before is kept as rig.before.toml")

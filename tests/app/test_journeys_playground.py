@@ -116,7 +116,7 @@ def test_guess_diagnosis_and_truth_are_shown_after_a_reload(page: Any, served: A
     (session.folder / "lesson.json").write_text(f'{{"seed": 7, "guess": "{effect}"}}')
     page.goto(f"{served.root}/playground?theme=light")
     page.get_by_text("Seed of this lesson: 7.").wait_for()
-    page.get_by_role("cell", name="the truth").wait_for()
+    page.get_by_role("rowheader", name="the truth").wait_for()
     page.get_by_role("cell", name=re.compile("^✓ ")).first.wait_for()
 
 

@@ -23,8 +23,8 @@ from ..models.estimation.servo import ServoPath
 from ..models.estimation.words import advice_words, state_words
 from ..models.identification import ArxOrders
 from ..records.errors import nearest_name
+from ..show.model_blocks import estimate_told
 from ..show.model_file_names import ESTIMATION_FILES
-from ..show.model_tables import estimation_lines, parameter_table, servo_lines, servo_table
 from ..show.page import Items, Told
 from .frames import Tabular, time_column
 from .read import Source
@@ -150,16 +150,9 @@ class Estimation(Shown, Tabular):
         )
 
     def _blocks(self) -> Sequence[Told]:
-        result = self.result
-        servo = servo_table(result)
-        return [
-            *([] if servo is None else [servo]),
-            parameter_table(result),
-            *servo_lines(result),
-            f"{result.orders}, {result.method}, {result.forgetting}",
-            *estimation_lines(result),
-            Items(advice_words(self._advice, python=True)),
-        ]
+        data = self.signals.data
+        told = estimate_told(self.result, data.input_name, data.output_name)
+        return [*told.blocks(), Items(advice_words(self._advice, python=True))]
 
 
 def estimate(

@@ -13,12 +13,10 @@ import numpy.typing as npt
 from ..base.files import result_folder
 from ..models import identification
 from ..models.identification import IdentificationResult
-from ..models.identification.criteria import simulation_words
 from ..models.identification.search_range import MOST_DELAY, MOST_ORDER, parse_range
 from ..models.identification.selection import DEFAULT_DELAYS, DEFAULT_ORDERS
-from ..show.dynamics_tables import model_table, root_table, servo_lines
+from ..show.model_blocks import model_line, model_told
 from ..show.model_file_names import IDENTIFICATION_FILES
-from ..show.model_tables import candidate_table, identification_lines
 from ..show.page import Told
 from .frames import Tabular, time_column
 from .read import Source
@@ -96,21 +94,12 @@ class Identification(Shown, Tabular):
         }
 
     def _line(self) -> str:
-        chosen = self.result.chosen
-        return (
-            f"{self.signals.name}, {chosen.orders}; on the validation half one-step fit "
-            f"{chosen.one_step_fit_percent:.2f} %, "
-            f"{simulation_words(chosen.simulation_fit_percent)}"
-        )
+        return f"{self.signals.name}, {model_line(self.result)}"
 
     def _blocks(self) -> Sequence[Told]:
         data, orders = self.signals.data, self.result.chosen.orders
         return [
-            candidate_table(self.result),
-            model_table(self.result),
-            root_table(self.result),
-            *identification_lines(self.result),
-            *servo_lines(self.result, data.input_name, data.output_name),
+            *model_told(self.result, data.input_name, data.output_name).blocks(),
             f"Next: ehsid.estimate(..., na={orders.na}, nb={orders.nb}, nk={orders.nk})",
         ]
 

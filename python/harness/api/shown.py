@@ -22,7 +22,7 @@ class Shown(ABC):
 
     @abstractmethod
     def _blocks(self) -> Sequence[Told]:
-        """Returns tables and sentences in their order; a notebook shows the first table."""
+        """Returns tables and sentences; a notebook shows the first table."""
 
     def __repr__(self) -> str:
         # A name may have a line end; this is one line whatever it has. The spaces between numbers
@@ -39,5 +39,6 @@ class Shown(ABC):
         return f"<div><p><strong>{name}</strong> {line}</p>{first}</div>"
 
     def summary(self) -> str:
-        """Returns the result at length as plain text: tables and sentences, as the command does."""
-        return in_python_words(rendering.text(self._blocks()))
+        """Returns the result at length as plain text: the tables, and then the sentences."""
+        blocks = sorted(self._blocks(), key=lambda block: not isinstance(block, Table))
+        return in_python_words(rendering.text(blocks))

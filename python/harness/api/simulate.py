@@ -18,7 +18,7 @@ from ..catalogue.channels import COMMAND, REQUIRED_COLUMNS
 from ..records import read_record
 from ..records.formats import format_of
 from ..records.writing import record_bytes
-from ..show.model_tables import run_table
+from ..show.model_blocks import run_table
 from ..show.page import Told
 from ..signals import simulation
 from ..signals.excitation.named import SIGNALS

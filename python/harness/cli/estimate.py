@@ -146,8 +146,7 @@ def _estimate_record(
     from ..models.estimation.advice import advise
     from ..models.estimation.words import advice_words
     from ..records.origin import with_reading
-    from ..show.model_tables import estimation_lines, parameter_table, servo_lines, servo_table
-    from ..show.page import Told
+    from ..show.model_blocks import estimate_told
 
     record = given.record
     with (
@@ -176,9 +175,6 @@ def _estimate_record(
         typer.echo(json.dumps(plain, allow_nan=False))
         return
     console = Console()
-    servo = servo_table(result)
-    head = f"{result.orders}, {result.method}, {result.forgetting}"
-    told: list[Told] = [*([] if servo is None else [servo]), *servo_lines(result), head]
-    print_blocks([*told, parameter_table(result), *estimation_lines(result)], console)
+    print_blocks(estimate_told(result, given.input_name, given.output_name).blocks(), console)
     print_tries(advice_words(advice), console)
     print_next(following, console)

@@ -41,9 +41,7 @@ def identify_command(
     from ..models.identification import identify
     from ..models.identification.search_range import MOST_DELAY, MOST_ORDER, parse_range
     from ..records.origin import with_reading
-    from ..show.dynamics_tables import model_table, root_table, servo_lines
-    from ..show.model_tables import candidate_table, identification_lines
-    from ..show.page import Told
+    from ..show.model_blocks import model_told
 
     with (
         nullcontext()
@@ -58,16 +56,15 @@ def identify_command(
             result = identify(data, orders=wanted_orders, delays=wanted_delays)
         given = Given(record, input_name, output_name, maps or (), sampling_time)
         following = estimate_line(given, result.chosen.orders)
-        lines = identification_lines(result)
+        blocks = model_told(result, input_name, output_name).blocks()
         if folder is not None:
             from ..show.model_files import write_identification
 
-            lines.append(write_identification(folder, result, data, origin))
+            blocks.append(write_identification(folder, result, data, origin))
     if as_json:
         plain = {**with_reading(result.to_dict(), origin), "next_command": following or None}
         typer.echo(json.dumps(plain, allow_nan=False))
         return
     console = Console()
-    told: list[Told] = [candidate_table(result), *lines, model_table(result), root_table(result)]
-    print_blocks([*told, *servo_lines(result, input_name, output_name)], console)
+    print_blocks(blocks, console)
     print_next(following, console)

@@ -99,7 +99,7 @@ def simulate_command(
     from ..records import read_record
     from ..records.writing import record_bytes
     from ..rigs import read_rig
-    from ..show.model_tables import run_table
+    from ..show.model_blocks import run_table
     from ..signals.simulation import draw_noise, parse_settings, simulate, simulate_closed_loop
     from ..signals.simulation.logged_command import logged_command
     from ..signals.simulation.signal_options import (

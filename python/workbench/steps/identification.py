@@ -11,15 +11,16 @@ import panel as pn
 from ehsid.harness.catalogue.channels import TIME
 from ehsid.harness.models.identification.search_range import MOST_DELAY, MOST_ORDER, parse_range
 from ehsid.harness.show.model_file_names import IDENTIFICATION_FILES
+from ehsid.harness.show.page import Block, Heading, Items
+from ehsid.harness.show.units import column, over, si_column
 
-from .. import look, model_words
+from .. import look
 from ..downsampling import opened
 from ..flow import IDENTIFIED, standings
 from ..model_look import MEASURED, RESIDUAL, SIMULATED, Identified, look_folder, read_look
 from ..model_plots import bode_plots, correlation_plot, poles_plot
 from ..plots import Line, Panel, stacked
 from ..reading import reading_of
-from ..shown_units import column, over, si_unit
 from .step import StepView, progress
 
 FILE_WORDS = dict(
@@ -117,7 +118,12 @@ class Identification(StepView):
             self._drawn.objects = []
             return
         warned = f'<p class="bad">{look.plain(stale[0].upper() + stale[1:])}</p>' if stale else ""
-        self._result.object = warned + model_words.verdict(found) + model_words.reasons(found)
+        told = found.told
+        blocks: list[Block] = [Heading("Why this one"), Items(told.reasons)]
+        if told.advice:
+            blocks += [Heading("Be careful"), Items(told.advice)]
+        verdict = f'<p class="verdict">{look.plain(f"{found.record}: {found.line}.")}</p>'
+        self._result.object = warned + verdict + look.told(*blocks)
         self._drawn.objects = self._parts(found, version)
 
     def _show_choices(self) -> None:
@@ -141,7 +147,7 @@ class Identification(StepView):
 
     def _parts(self, found: Identified, version: int) -> list[pn.viewable.Viewable]:
         """Returns the plots and tables of a model."""
-        theme, folder = self.page.theme, look_folder(self.session)
+        theme, folder, told = self.page.theme, look_folder(self.session), found.told
         output = column(found.output_name)
         lines = [Line(name, opened(folder, name), output.factor) for name in (MEASURED, SIMULATED)]
         residual = Line(RESIDUAL, opened(folder, RESIDUAL), output.factor)
@@ -153,27 +159,30 @@ class Identification(StepView):
             correlation_plot(found.whiteness, "autocorrelation", theme),
             correlation_plot(found.independence, "correlation with input", theme),
         )
-        unit = over(si_unit(found.output_name), si_unit(found.input_name))
+        unit = over(si_column(found.output_name), si_column(found.input_name))
         bode = bode_plots(found.bode, unit, theme)
+        model: list[Block] = [
+            Heading("The servo"),
+            *told.servo,
+            Heading("Coefficients"),
+            told.coefficients,
+        ]
+        model += [Heading("Poles and zeros"), told.roots]
         return [
             look.words("<h2>Measured and simulated, on the half that was not fitted</h2>"),
             over_time,
-            look.words(model_words.residual_tests(found)),
+            look.words(look.told(Heading("The residual"), Items(told.tests))),
             look.side_by_side(*map(_pane, tests)),
             look.side_by_side(
-                look.words(model_words.figures(found)),
-                pn.Column(
-                    look.words("<h2>Poles and zeros</h2>"),
-                    pn.pane.Bokeh(poles_plot(found.poles, found.zeros, theme), margin=0),
-                    sizing_mode="stretch_width",
-                ),
+                look.words(look.told(*model)),
+                pn.pane.Bokeh(poles_plot(found.dynamics, theme), margin=0),
             ),
             look.words(
                 "<h2>Frequency response</h2><p>With its 95 % band. Grey: frequencies at which the "
                 "input has next to no power; what the model says there is extrapolated.</p>"
             ),
             *map(_pane, bode),
-            look.words(model_words.candidates(found) + self._links(version)),
+            look.words(look.told(Heading("Orders tried"), told.orders) + self._links(version)),
         ]
 
     def _links(self, version: int) -> str:

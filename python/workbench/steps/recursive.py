@@ -12,8 +12,9 @@ from ehsid.harness.catalogue.policies import METHODS, POLICIES, policies_of
 from ehsid.harness.models.identification import IoData
 from ehsid.harness.records import Record
 from ehsid.harness.show.model_file_names import ESTIMATION_FILES
+from ehsid.harness.show.page import Block, Heading, Items, Note
 
-from .. import estimate_words, look
+from .. import look
 from ..estimate_look import EstimateLook, look_of, read_look
 from ..estimate_plots import EstimatePlots
 from ..model_choice import set_method, set_policy, slider_values, value_of
@@ -23,7 +24,7 @@ from ..session import MOST_COEFFICIENTS, MOST_DELAY
 from .step import StepView, progress
 
 # To try the changes takes several times as long as the estimate, too long for a slider that moves.
-WRITE_TO_LEARN = "<p>What would help on this record is tried when its files are written, below.</p>"
+WRITE_TO_LEARN = "What would help on this record is tried when its files are written, below."
 # Up to here an estimate takes at most 0.2 s; longer records go to a process of their own.
 LIVE_SAMPLES = 100_000
 
@@ -202,15 +203,13 @@ class Recursive(StepView):
     def _show(self, found: EstimateLook, seconds: float | None) -> None:
         count = found.figures.n_samples
         took = "" if seconds is None else f": {count} samples in {1e3 * seconds:.0f} ms"
-        poor = not found.figures.converged or bool(found.figures.not_white)
-        hint = WRITE_TO_LEARN if poor and seconds is not None else ""
-        self._outcome.object = (
-            estimate_words.servo(found.figures)
-            + estimate_words.outcome(found.figures, found.time_s)
-            + hint
-            + f'<p class="soft small">Computed with the code of the firmware{took}.</p>'
-        )
-        self._end.object = estimate_words.at_the_end(found.figures)
+        told = found.figures.told
+        blocks: list[Block] = [*told.servo, told.head, *told.figures]
+        if not found.figures.converged and seconds is not None:
+            blocks.append(WRITE_TO_LEARN)
+        computed = Note(f"Computed with the code of the firmware{took}.")
+        self._outcome.object = look.told(*blocks, computed)
+        self._end.object = look.told(Heading("At the end"), told.parameters)
         if self._plots is not None and self._plots.fits(found):
             self._plots.show(found)
             return
@@ -235,8 +234,10 @@ class Recursive(StepView):
             for name in ESTIMATION_FILES
         )
         kept = None if stale else read_look(self.session)
-        tries = "" if kept is None else estimate_words.what_to_try(kept.figures.tries)
-        self._links.object = f"<p>Written: {links}{stale}.</p>{tries}"
+        tries: list[Block] = []
+        if kept is not None and kept.figures.tries:
+            tries = ["What to try:", Items(kept.figures.tries)]
+        self._links.object = f"<p>Written: {links}{stale}.</p>{look.told(*tries)}"
 
 
 def _explained(slider: pn.widgets.DiscreteSlider, meaning: str) -> pn.Column:

@@ -14,7 +14,8 @@ from app_sessions import german_log, read_session
 from typer.testing import CliRunner
 
 from ehsid.harness.cli import cli
-from ehsid.workbench import estimate_look, estimate_words, model_look
+from ehsid.harness.show.rendering import text
+from ehsid.workbench import estimate_look, model_look
 from ehsid.workbench.downsampling import opened
 from ehsid.workbench.equivalent import commands, python
 from ehsid.workbench.model_choice import set_policy
@@ -70,8 +71,13 @@ def test_what_is_drawn_of_a_model_is_what_was_written(session: Session) -> None:
     found = model_look.read_look(session)
     assert found is not None
     chosen = json.loads((session.folder / "model" / "identify.json").read_bytes())["chosen"]
-    assert found.theta == chosen["model"]["theta"]
-    assert (found.chosen.na, found.chosen.nk) == (chosen["orders"]["na"], chosen["orders"]["nk"])
+    theta = chosen["model"]["theta"]
+    for row, value in zip(found.told.coefficients.rows, theta, strict=True):
+        factor = {"": 1.0, "mm/V": 1e3, "mm": 1e3}[str(row[3])]
+        assert float(str(row[1])) == pytest.approx(factor * value, rel=1e-5)
+    (place,) = found.told.orders.marked
+    order = found.told.orders.rows[place][:2]
+    assert order == [str(chosen["orders"]["na"]), str(chosen["orders"]["nk"])]
     signals = {
         key: opened(model_look.look_folder(session), key).values
         for key in (model_look.MEASURED, model_look.SIMULATED, model_look.RESIDUAL)
@@ -81,8 +87,9 @@ def test_what_is_drawn_of_a_model_is_what_was_written(session: Session) -> None:
     spread = np.std(signals[model_look.MEASURED])
     fit = 100.0 * (1.0 - np.sqrt(np.mean(away**2)) / spread)
     assert fit == pytest.approx(chosen["simulation_fit_percent"], rel=1e-9)
-    moving = [one for one in found.poles if one.integrates or one.frequency_hz is not None]
-    assert len(moving) == found.chosen.na
+    poles = found.dynamics.poles
+    assert sum(1 + (one.imag > 0.0) for one in poles) == chosen["orders"]["na"]
+    assert all(one.integrates or one.frequency_hz is not None for one in poles)
 
 
 def test_what_is_drawn_of_an_estimate_is_what_was_written(session: Session) -> None:
@@ -103,11 +110,12 @@ def test_the_servo_is_told_where_the_orders_are_those_of_one(session: Session) -
     for nb in (2, 3):
         choice.nb = nb
         look = estimate_look.look_of(session, record, estimated(session, data), data)
-        told.append(estimate_words.servo(look.figures))
+        told.append(look.figures.told.servo)
     choice.nb = 2
-    assert told[0] == ""
-    for words in (">K</th>", "m/s per V", "90 % interval", "% of the record"):
-        assert words in told[1]
+    assert told[0] == []
+    shown = text(told[1])
+    for words in ("\nK  ", "m/s per V", "90 % interval", "% of the record"):
+        assert words in shown
 
 
 def test_gaps_of_a_record_stay_gaps(session: Session) -> None:

@@ -1,0 +1,56 @@
+# SPDX-License-Identifier: MIT
+"""Columns of a record and coefficients of a model in the units that are shown."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from ..catalogue.channels import CHANNELS
+
+
+@dataclass(frozen=True)
+class Shown:
+    """Name and unit of a quantity as it is shown, and the factor to this unit; "" is no unit."""
+
+    words: str
+    unit: str
+    factor: float
+
+    @property
+    def label(self) -> str:
+        """Name with the unit, for an axis."""
+        return f"{self.words} in {self.unit}" if self.unit else self.words
+
+    @property
+    def unit_words(self) -> str:
+        """The unit; a quantity without one counts in units of its own."""
+        return self.unit or f"unit of {self.words}"
+
+
+def column(name: str) -> Shown:
+    """Returns a column of a record in the unit of people; one of no channel has its own name."""
+    channel = CHANNELS.get(name)
+    if channel is None:
+        return Shown(name, "", 1.0)
+    unit = "" if channel.shown_unit == "1" else channel.shown_unit
+    return Shown(channel.words, unit, channel.factor)
+
+
+def si_column(name: str) -> Shown:
+    """Returns a column of a record as the record has it."""
+    channel = CHANNELS.get(name)
+    return Shown(name, "" if channel is None or channel.unit == "1" else channel.unit, 1.0)
+
+
+def coefficient(name: str, above: Shown, below: Shown) -> Shown:
+    """Returns how a coefficient is shown: a has no unit, b that of output over input."""
+    if name.startswith("a"):
+        return Shown(name, "", 1.0)
+    if not name.startswith("b"):
+        return Shown(name, above.unit, above.factor)
+    return Shown(name, over(above, below), above.factor / below.factor)
+
+
+def over(above: Shown, below: Shown) -> str:
+    """Returns the unit of a ratio; "" where one of both is not known."""
+    return f"{above.unit}/{below.unit}" if above.unit and below.unit else ""
