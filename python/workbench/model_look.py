@@ -15,44 +15,17 @@ from ehsid.harness.base.arrays import FloatArray
 from ehsid.harness.base.encoding import from_json, json_text
 from ehsid.harness.base.files import write_text
 from ehsid.harness.catalogue.channels import TIME
-from ehsid.harness.models.identification import (
-    IdentificationResult,
-    IoData,
-    frequency_response,
-    power_band,
-    response_grid,
-)
+from ehsid.harness.models.identification import IdentificationResult, IoData
 from ehsid.harness.models.identification.dynamics import Dynamics, dynamics
-from ehsid.harness.models.identification.residuals import IndependenceTest, WhitenessTest
 from ehsid.harness.records import Record
 from ehsid.harness.show.model_blocks import ModelTold, model_line, model_told
+from ehsid.harness.show.model_curves import Bode, Lags, lags, model_bode
 
 from .downsampling import make_pyramid, store
 from .session import Session
 
 FILE = "identified.json"
 MEASURED, SIMULATED, RESIDUAL = "measured", "simulated", "residual"
-
-
-class Correlation(msgspec.Struct, frozen=True):
-    """A residual test: the correlation at each lag in samples, and the 99 % band of one lag."""
-
-    lags: list[int]
-    values: list[float]
-    band: float
-
-
-class Bode(msgspec.Struct, frozen=True):
-    """Magnitude in dB and phase in degrees over the frequency, each with its 95 % band."""
-
-    frequency_hz: list[float]
-    magnitude_db: list[float]
-    magnitude_low: list[float]
-    magnitude_high: list[float]
-    phase_deg: list[float]
-    phase_low: list[float]
-    phase_high: list[float]
-    excited_hz: tuple[float, float]
 
 
 class Identified(msgspec.Struct, frozen=True):
@@ -76,8 +49,8 @@ class Identified(msgspec.Struct, frozen=True):
     line: str
     told: ModelTold
     dynamics: Dynamics
-    whiteness: Correlation
-    independence: Correlation
+    whiteness: Lags
+    independence: Lags
     bode: Bode
 
 
@@ -110,9 +83,9 @@ def write_look(
         model_line(result),
         model_told(result, data.input_name, data.output_name, usual=True),
         dynamics(result.chosen.model, result.dt_s),
-        _correlation(result.whiteness),
-        _correlation(result.independence),
-        _bode(result, data),
+        lags(result.whiteness),
+        lags(result.independence),
+        model_bode(result, data),
     )
     write_text(folder / FILE, json_text(shown))
 
@@ -130,29 +103,3 @@ def read_look(session: Session) -> Identified | None:
         return from_json((look_folder(session) / FILE).read_bytes(), Identified)
     except (OSError, msgspec.DecodeError):
         return None
-
-
-def _correlation(test: WhitenessTest | IndependenceTest) -> Correlation:
-    return Correlation(test.lags.tolist(), test.correlation.tolist(), test.band)
-
-
-def _bode(result: IdentificationResult, data: IoData) -> Bode:
-    dt_s = data.dt_s or 1.0
-    grid = response_grid(result.n_validation, dt_s)
-    response = frequency_response(result.chosen.model, grid, dt_s)
-    magnitude, phase = response.magnitude_band_db(), response.phase_band_deg()
-
-    def plain(values: FloatArray) -> list[float]:
-        finite: list[float] = np.nan_to_num(values, nan=0.0, posinf=1e4, neginf=-1e4).tolist()
-        return finite
-
-    return Bode(
-        grid.tolist(),
-        plain(response.magnitude_db),
-        plain(magnitude[:, 0]),
-        plain(magnitude[:, 1]),
-        plain(response.phase_deg),
-        plain(phase[:, 0]),
-        plain(phase[:, 1]),
-        power_band(data),
-    )

@@ -18,14 +18,13 @@ from bokeh.models import (
 from bokeh.plotting import figure
 
 from ehsid.harness.models.identification.dynamics import Dynamics, Root
+from ehsid.harness.show.model_curves import Bode, Lags
 
 from .look import COLOURS, THEMES, dress
-from .model_look import Bode, Correlation
 from .plots import legend_above
 
 HEIGHT, CIRCLE, BESIDE = 300, 260, 95  # in pixels; beside the circle: axis and tools
 FARTHEST = 2.0  # from z = 0, that the plot of poles and zeros reaches
-MARGIN_DB, MARGIN_DEG = 6.0, 60.0  # a band is very wide where the data hardly determine the model
 
 
 def poles_plot(model: Dynamics, theme: str) -> figure:
@@ -77,7 +76,7 @@ def _places(roots: Sequence[Root]) -> npt.NDArray[np.complex128]:
     return np.concatenate((upper, upper[upper.imag > 0.0].conj()))
 
 
-def correlation_plot(test: Correlation, label: str, theme: str) -> figure:
+def correlation_plot(test: Lags, label: str, theme: str) -> figure:
     """Returns the correlation of a residual test lag by lag, with the band of a single lag."""
     colours = COLOURS[theme]
     largest = max(3.0 * test.band, 1.15 * max(map(abs, test.values)))
@@ -97,11 +96,10 @@ def correlation_plot(test: Correlation, label: str, theme: str) -> figure:
         )
     )
     plot.add_layout(Span(location=0.0, dimension="width", line_color=THEMES[theme]["soft"]))
-    lags, values = np.array(test.lags), np.array(test.values)
-    inside = np.abs(values) <= test.band
+    lags, values, outside = np.array(test.lags), np.array(test.values), test.outside
     for which, words, colour in (
-        (inside, "inside the 99 % band", colours[0]),
-        (~inside, "outside", colours[1]),
+        (~outside, "inside the 99 % band", colours[0]),
+        (outside, "outside", colours[1]),
     ):
         if which.any():
             at, high = lags[which], values[which]
@@ -121,25 +119,20 @@ def bode_plots(bode: Bode, gain_unit: str, theme: str) -> list[figure]:
     theme
         key of `THEMES`.
     """
-    f = bode.frequency_hz
+    f, colour = bode.frequency, COLOURS[theme][0]
     shared = Range1d(f[0], f[-1], bounds=(f[0], f[-1]))
     reference = f" re 1 {gain_unit}" if gain_unit else ""
-    panels = (
-        (f"magnitude in dB{reference}", bode.magnitude_db, bode.magnitude_low, bode.magnitude_high,
-         MARGIN_DB),
-        ("phase in degrees", bode.phase_deg, bode.phase_low, bode.phase_high, MARGIN_DEG),
-    )  # fmt: skip
     plots = []
-    for number, (label, middle, low, high, margin) in enumerate(panels):
+    for number, curve in enumerate(bode.curves):
         plot = figure(
             height=HEIGHT - 70 + 40 * number,
             sizing_mode="stretch_width",
             x_axis_type="log",
             x_range=shared,
-            y_range=Range1d(min(middle) - margin, max(middle) + margin),
+            y_range=Range1d(*curve.ends),
             tools="xpan,reset",
             toolbar_location=None if number else "above",
-            y_axis_label=label,
+            y_axis_label=curve.label if number else curve.label + reference,
             x_axis_label="frequency in Hz" if number else None,
             min_border_left=70,
         )
@@ -148,13 +141,12 @@ def bode_plots(bode: Bode, gain_unit: str, theme: str) -> list[figure]:
         plot.xaxis.visible = number == 1
         if number == 1:
             plot.yaxis.ticker = AdaptiveTicker(mantissas=[1.8, 4.5, 9.0])
-        for left, right in ((None, bode.excited_hz[0]), (bode.excited_hz[1], None)):
+        for left, right in bode.not_excited:
             grey = BoxAnnotation(left=left, right=right, fill_alpha=0.18, line_alpha=0.0)
             grey.fill_color = THEMES[theme]["soft"]
             plot.add_layout(grey)
-        colour = COLOURS[theme][0]
-        plot.varea(f, low, high, fill_color=colour, fill_alpha=0.25)
-        plot.line(f, middle, color=colour, line_width=2)
+        plot.varea(f, curve.low, curve.high, fill_color=colour, fill_alpha=0.25)
+        plot.line(f, curve.middle, color=colour, line_width=2)
         plots.append(_finished(plot, theme))
     return plots
 

@@ -13,6 +13,7 @@ from ..models.estimation.servo import ServoValue
 from ..models.identification import IdentificationResult
 from ..models.identification.criteria import diverges
 from ..models.identification.residuals import IndependenceTest, WhitenessTest
+from .model_curves import lags
 from .plotting import BLUE, GREEN, GREY, SKY, VERMILION, draw_band, stacked, styled, time_axis
 
 
@@ -92,7 +93,7 @@ def draw_correlation(axes: Axes, test: WhitenessTest | IndependenceTest, title: 
     """Draws a residual test lag by lag; lags outside of the band of a single lag are coloured."""
     axes.axhspan(-test.band, test.band, color=SKY, alpha=0.25, label="99 % band of a single lag")
     axes.axhline(0.0, color=GREY, linewidth=0.8)
-    outside = np.abs(test.correlation) > test.band
+    outside = lags(test).outside
     for which, colour in ((~outside, BLUE), (outside, VERMILION)):
         axes.vlines(test.lags[which], 0.0, test.correlation[which], color=colour, linewidth=3.0)
     axes.margins(x=0.02)

@@ -16,9 +16,7 @@ from ..models.estimation.advice import Advice
 from ..models.identification import (
     IdentificationResult,
     IoData,
-    frequency_response,
     power_band,
-    response_grid,
 )
 from ..models.identification.loop import analyse_loop
 from ..models.identification.systems import to_control
@@ -26,6 +24,7 @@ from ..records import Origin
 from ..records.origin import with_reading
 from .bode import bode_figure
 from .loop_blocks import limit_words
+from .model_curves import model_bode
 from .model_figures import estimation_figure, identification_figure
 from .model_file_names import IDENTIFICATION_FILES
 from .plotting import write_figure
@@ -55,10 +54,8 @@ def write_identification(
     plain = with_reading(result.to_dict(), origin)
     _write(folder, "identify", plain, identification_figure(result))
     model, dt_s = result.chosen.model, data.dt_s
-    grid = response_grid(result.n_validation, dt_s or 1.0)
-    response = frequency_response(model, grid, dt_s or 1.0)
     loop, band = analyse_loop(to_control(model, dt_s)), power_band(data)
-    figure = bode_figure(response, None, dt_s, band, loop)
+    figure = bode_figure(model_bode(result, data), dt_s, loop)
     write_figure(folder / IDENTIFICATION_FILES[2], figure)
     return limit_words(loop, dt_s, band)
 

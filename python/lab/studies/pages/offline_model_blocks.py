@@ -14,6 +14,7 @@ from ehsid.harness.models.identification import (
 )
 from ehsid.harness.show.bode import bode_figure
 from ehsid.harness.show.loop_blocks import place
+from ehsid.harness.show.model_curves import bode
 from ehsid.harness.show.page import Block, Picture, Table
 
 from ..procedure import Procedure
@@ -97,6 +98,7 @@ def _root_rows(name: str, roots: Roots) -> list[tuple[str, ...]]:
 def response_blocks(procedure: Procedure, truth: FrequencyResponse | None) -> list[Block]:
     """Returns the Bode diagram of the model, compared with the rig's response if it is known."""
     assert procedure.response is not None
+    shown = bode(procedure.response, procedure.input_band, truth)
     beside = "" if truth is None else f" Dots: {truth.source}."
     margins = (
         ""
@@ -106,13 +108,7 @@ def response_blocks(procedure: Procedure, truth: FrequencyResponse | None) -> li
     )
     blocks: list[Block] = [
         Picture(
-            bode_figure(
-                procedure.response,
-                truth,
-                procedure.data.dt_s,
-                procedure.input_band,
-                procedure.loop,
-            ),
+            bode_figure(shown, procedure.data.dt_s, procedure.loop),
             "Frequency response of the model with its 95 % band at each frequency by itself."
             f"{beside} Grey: outside the band with 99 % of the input's power, where the model "
             f"extrapolates.{margins}",

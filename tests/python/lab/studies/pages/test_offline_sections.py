@@ -13,6 +13,7 @@ from identification_truth import A16, B16, arx_output, model16
 from ehsid.harness.models.identification import FrequencyResponse, IoData, Preprocessing
 from ehsid.harness.show.bode import bode_figure
 from ehsid.harness.show.loop_blocks import limit_words, loop_blocks
+from ehsid.harness.show.model_curves import bode
 from ehsid.harness.show.page import Page, Picture, Section, Table
 from ehsid.harness.show.rendering import render_page
 from ehsid.lab.studies.pages.offline_figures import outputs_figure, poles_zeros_figure
@@ -131,7 +132,7 @@ def test_without_a_model_the_problems_are_the_page() -> None:
 def test_without_a_sampling_time_frequencies_are_those_of_samples() -> None:
     procedure = run(dt_s=None)
     assert procedure.response is not None
-    figure = bode_figure(procedure.response, None, None)
+    figure = bode_figure(bode(procedure.response), None)
     assert figure.axes[1].get_xlabel() == "frequency in cycles a sample"
     assert figure.axes[1].get_xlim()[1] < 0.5
 
@@ -140,7 +141,7 @@ def test_the_bode_figure_shows_band_and_dots() -> None:
     procedure = run()
     assert procedure.response is not None
     # A whole turn more is the same phase, and is drawn where the model's is.
-    figure = bode_figure(procedure.response, truth(), DT_S)
+    figure = bode_figure(bode(procedure.response, truth=truth()), DT_S)
     upper, lower = figure.axes
     for axes, centre in (
         (upper, procedure.response.magnitude_db),
@@ -163,7 +164,7 @@ def test_the_bode_figure_marks_the_margins_where_the_model_has_them() -> None:
     assert loop is not None
     assert loop.half is not None
     assert loop.half.gain_crossover_hz is not None
-    upper, lower = bode_figure(procedure.response, None, DT_S, loop=loop).axes
+    upper, lower = bode_figure(bode(procedure.response), DT_S, loop).axes
     assert "gain margin 6.0 dB" in upper.get_title()
     (level,) = {line.get_ydata()[0] for line in upper.get_lines() if line.get_label() == "1/k"}
     (border,) = {line.get_ydata()[0] for line in lower.get_lines() if "180" in line.get_label()}
