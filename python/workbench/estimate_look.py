@@ -10,7 +10,7 @@ import numpy as np
 
 import ehsid
 from ehsid.harness.base.arrays import FloatArray
-from ehsid.harness.base.encoding import from_json
+from ehsid.harness.base.encoding import from_json, json_text
 from ehsid.harness.base.files import write_text
 from ehsid.harness.catalogue.channels import TIME
 from ehsid.harness.models.estimation import EstimationResult
@@ -121,13 +121,13 @@ def write_look(session: Session, look: EstimateLook) -> None:
     np.save(folder / f"{TIME}.npy", look.time_s)
     for key, pyramid in look.signals.items():
         store(pyramid, folder, key)
-    write_text(folder / FILE, msgspec.json.encode(look.figures).decode())
+    write_text(folder / FILE, json_text(look.figures))
 
 
 def write_tries(session: Session, figures: Estimated, advice: Advice) -> None:
     """Keeps what to try with the estimate: to find it takes longer than to estimate."""
     told = msgspec.structs.replace(figures, tries=advice_words(advice))
-    write_text(look_folder(session) / "estimate" / FILE, msgspec.json.encode(told).decode())
+    write_text(look_folder(session) / "estimate" / FILE, json_text(told))
 
 
 def read_look(session: Session) -> EstimateLook | None:

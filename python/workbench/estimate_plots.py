@@ -6,38 +6,22 @@ from __future__ import annotations
 from bokeh.models import Column, ColumnDataSource, Range1d
 from bokeh.plotting import figure
 
-from ehsid.harness.base.arrays import FloatArray
 from ehsid.harness.show.units import Shown, coefficient, column
 
-from .downsampling import Pyramid
 from .estimate_look import FACTOR, INNOVATION, INPUT, OUTPUT, EstimateLook, high, low
 from .look import THEMES
-from .plots import Line, Panel, stacked
+from .plots import Latest, Line, Panel, stacked
 
 SMALL, LARGE, AXIS = 150, 230, 30  # heights in pixels
 MARGIN = 0.3  # of the range of the coefficients, above and below
 INNOVATIONS = 6.0  # times the RMSE, that the plot holds
 
 
-class _Latest:
-    """Stands for the newest pyramid of a signal."""
-
-    def __init__(self, now: Pyramid) -> None:
-        self.now = now
-
-    @property
-    def values(self) -> FloatArray:
-        return self.now.values
-
-    def view(self, first: int, last: int, columns: int) -> tuple[FloatArray, FloatArray]:
-        return self.now.view(first, last, columns)
-
-
 class EstimatePlots:
     """The plots; `fits` tells whether they can show an estimate, and `show` shows it."""
 
     def __init__(self, look: EstimateLook, theme: str) -> None:
-        self._signals = {key: _Latest(pyramid) for key, pyramid in look.signals.items()}
+        self._signals = {key: Latest(pyramid) for key, pyramid in look.signals.items()}
         self._of = _identity(look)
         names, (output, source) = look.figures.names, _ends(look)
         # Coefficients of one unit share an axis.

@@ -15,7 +15,7 @@ import numpy as np
 
 import ehsid
 from ehsid.harness.base.arrays import FloatArray
-from ehsid.harness.base.encoding import from_json
+from ehsid.harness.base.encoding import json_text, read_json
 from ehsid.harness.base.files import write_text
 from ehsid.harness.catalogue.channels import CHAMBER_PRESSURES, COMMAND, POSITION, TIME
 from ehsid.harness.catalogue.keys import ParameterKey
@@ -177,16 +177,13 @@ def lesson_task(folder: Path, *, report: Callable[[float], None]) -> None:
         path = logs / f"{record.name}.csv"
         path.write_bytes(record_bytes(record, path.name))
     # The last file: with it the session is a lesson.
-    write_text(folder / FILE, msgspec.json.encode(Lesson(seed)).decode())
+    write_text(folder / FILE, json_text(Lesson(seed)))
     report(1.0)
 
 
 def lesson_of(session: Session) -> Lesson | None:
     """Returns the lesson of a session; None for a session that is none."""
-    try:
-        return from_json((session.folder / FILE).read_bytes(), Lesson)
-    except (OSError, msgspec.DecodeError):
-        return None
+    return read_json(session.folder / FILE, Lesson)
 
 
 def guessed(session: Session, effect: str) -> None:
@@ -194,4 +191,4 @@ def guessed(session: Session, effect: str) -> None:
     lesson = lesson_of(session)
     assert lesson is not None
     lesson.guess = effect
-    write_text(session.folder / FILE, msgspec.json.encode(lesson).decode())
+    write_text(session.folder / FILE, json_text(lesson))

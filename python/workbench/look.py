@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Mapping
 from html import escape
 from pathlib import Path
 
@@ -106,6 +107,16 @@ def plain(text: object) -> str:
 def told(*blocks: Block) -> str:
     """Returns blocks as HTML; headings are those of a part of the page, and `words` are code."""
     return CODE.sub(r"<code>\1</code>", html(blocks, heading=2))
+
+
+def files(address: str, words: Mapping[str, str], query: str = "?download=1") -> str:
+    """Returns a list of links to files below an address; a page opens, and others are saved."""
+    items = "".join(
+        f'<li><a href="{address}/{plain(name)}{"" if name.endswith(".html") else query}" '
+        f'target="_blank">{plain(name)}</a>: {plain(about)}</li>'
+        for name, about in words.items()
+    )
+    return f"<ul>{items}</ul>"
 
 
 def error(text: str) -> str:

@@ -12,7 +12,7 @@ import msgspec
 import numpy as np
 
 from ehsid.harness.base.arrays import FloatArray
-from ehsid.harness.base.encoding import from_json, json_text
+from ehsid.harness.base.encoding import json_text, read_json
 from ehsid.harness.base.files import write_text
 from ehsid.harness.catalogue.channels import TIME
 from ehsid.harness.models.identification import IdentificationResult, IoData
@@ -99,7 +99,4 @@ def times_of(record: Record) -> FloatArray:
 
 def read_look(session: Session) -> Identified | None:
     """Returns what the page draws of the last identification; None without one."""
-    try:
-        return from_json((look_folder(session) / FILE).read_bytes(), Identified)
-    except (OSError, msgspec.DecodeError):
-        return None
+    return read_json(look_folder(session) / FILE, Identified)

@@ -9,6 +9,7 @@ from pathlib import Path
 
 import msgspec
 
+from ehsid.harness.base.encoding import json_text
 from ehsid.harness.base.files import replacing, result_files, write_text
 from ehsid.harness.catalogue.channels import COMMAND, POSITION
 from ehsid.harness.records import read_record
@@ -79,7 +80,7 @@ def header_task(folder: Path, *, report: Callable[[float], None]) -> None:
         )
         write_text(new / file, header.text)
     made = HeaderMade(entry.id, entry.told(), file, header.summary)
-    write_text(folder / FIRMWARE / MADE, msgspec.json.encode(made).decode())
+    write_text(folder / FIRMWARE / MADE, json_text(made))
     report(1.0)
 
 

@@ -6,7 +6,6 @@ from __future__ import annotations
 import threading
 
 import panel as pn
-from bokeh.layouts import column
 
 from ehsid.harness.records import Record
 from ehsid.harness.signals.simulation import simulate
@@ -15,7 +14,7 @@ from . import look
 from .effect_sliders import EffectSliders
 from .lesson_part import LessonPart
 from .playground import DT_S, DURATION_S, Beside, beside, excitation
-from .playground_plots import PlaygroundPlots, make_plots
+from .playground_plots import PlaygroundPlots
 from .playground_rigs import chosen_rig, rig_titles
 from .view import View
 from .workbench import Workbench
@@ -76,10 +75,8 @@ class PlaygroundView(View):
         command = excitation(self._rig, self._signal.value, self._share.value / 100.0)
         self._without: Record = simulate(self._rig, command, dt_s=DT_S).record
         if not self._drawn.objects:
-            names = list(self._without.columns)
-            self._plots: PlaygroundPlots = make_plots(names, self.theme)
-            plots = self._plots.plots
-            self._drawn.objects = [column(*plots, sizing_mode="stretch_width", spacing=0)]
+            self._plots = PlaygroundPlots(self._without, self.theme)
+            self._drawn.objects = [self._plots.layout]
         self._compute()
 
     def _compute(self) -> None:

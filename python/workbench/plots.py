@@ -5,7 +5,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Protocol
 
 import numpy as np
 from bokeh.layouts import column
@@ -15,20 +14,21 @@ from bokeh.plotting import figure
 from ehsid.harness.base.arrays import FloatArray
 from ehsid.harness.base.text import printable
 
+from .downsampling import Pyramid
 from .look import COLOURS, dress
 
 COLUMNS = 1200  # pixel columns that are filled
 
 
-class Signal(Protocol):
-    """A pyramid, or what stands for one."""
+@dataclass
+class Latest:
+    """Stands for the newest pyramid of a signal."""
 
-    @property
-    def values(self) -> FloatArray:
-        """See `Pyramid.values`."""
+    now: Pyramid
 
-    def view(self, first: int, last: int, columns: int) -> tuple[FloatArray, FloatArray]:
-        """See `Pyramid.view`."""
+
+def _now(signal: Pyramid | Latest) -> Pyramid:
+    return signal.now if isinstance(signal, Latest) else signal
 
 
 @dataclass(frozen=True)
@@ -48,9 +48,9 @@ class Line:
     """
 
     name: str
-    pyramid: Signal
+    pyramid: Pyramid | Latest
     factor: float = 1.0
-    band: tuple[Signal, Signal] | None = None
+    band: tuple[Pyramid | Latest, Pyramid | Latest] | None = None
 
 
 @dataclass(frozen=True)
@@ -94,7 +94,7 @@ def stacked(panels: Sequence[Panel], time_s: FloatArray | None, theme: str, axis
     axis
         label of the time axis.
     """
-    size = max(line.pyramid.values.size for panel in panels for line in panel.lines)
+    size = max(_now(line.pyramid).values.size for panel in panels for line in panel.lines)
     last = float(size - 1) if time_s is None else float(time_s[-1])
     first = 0.0 if time_s is None else float(time_s[0])
     shared = Range1d(first, max(last, first + 1e-9), bounds="auto")
@@ -184,7 +184,7 @@ def _update(
 
 def _band_update(
     source: ColumnDataSource,
-    band: tuple[Signal, Signal],
+    band: tuple[Pyramid | Latest, Pyramid | Latest],
     factor: float,
     time_s: FloatArray | None,
 ) -> Callable[[float, float], None]:
@@ -200,7 +200,7 @@ def _band_update(
 
 
 def _seen(
-    signal: Signal, time_s: FloatArray | None, start: float, end: float
+    signal: Pyramid | Latest, time_s: FloatArray | None, start: float, end: float
 ) -> tuple[FloatArray, FloatArray]:
     """Returns places on the time axis and values of the points between two times."""
     if time_s is None:
@@ -208,5 +208,5 @@ def _seen(
     else:
         first = int(np.searchsorted(time_s, start)) - 1
         last = int(np.searchsorted(time_s, end)) + 1
-    at, values = signal.view(first, last, COLUMNS)
+    at, values = _now(signal).view(first, last, COLUMNS)
     return at if time_s is None else np.asarray(time_s[at.astype(np.int64)]), values

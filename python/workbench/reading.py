@@ -8,7 +8,7 @@ from pathlib import Path
 import msgspec
 import numpy as np
 
-from ehsid.harness.base.encoding import from_json
+from ehsid.harness.base.encoding import json_text, read_json
 from ehsid.harness.base.files import result_files, write_text
 from ehsid.harness.catalogue.channels import TIME
 from ehsid.harness.records import Hints, Record, RecordError
@@ -85,11 +85,7 @@ class Reading(msgspec.Struct, frozen=True):
 
 def reading_of(session: Session, entry: Entry) -> Reading | None:
     """Returns how a log was read the last time; None if it was not yet."""
-    try:
-        content = (session.look_of(entry) / FILE).read_bytes()
-        return from_json(content, Reading)
-    except (OSError, msgspec.DecodeError):
-        return None
+    return read_json(session.look_of(entry) / FILE, Reading)
 
 
 def read_alike(session: Session, entry: Entry) -> list[Entry]:
@@ -143,7 +139,7 @@ def read_log(session: Session, entry: Entry) -> Reading:
             reading = Reading(entry.told(), kind, columns, problem=str(error))
     if reading.problem:
         target.unlink(missing_ok=True)
-    write_text(folder / FILE, msgspec.json.encode(reading).decode())
+    write_text(folder / FILE, json_text(reading))
     return reading
 
 

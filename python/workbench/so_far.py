@@ -14,7 +14,7 @@ from pathlib import Path
 import msgspec
 import numpy as np
 
-from ehsid.harness.base.encoding import from_json
+from ehsid.harness.base.encoding import json_text, read_json
 from ehsid.harness.base.files import write_text
 from ehsid.harness.diagnosis.result import HeldOutRun, Interim, Stage
 
@@ -92,7 +92,7 @@ def keep(session: Path, interim: Interim, past: list[Stage]) -> None:
         [(list(effects), left) for effects, left in interim.sets[:MOST_SETS]],
         [Run(run.record, list(run.measured)) for run in interim.runs],
     )
-    write_text(folder / FILE, msgspec.json.encode(known).decode())
+    write_text(folder / FILE, json_text(known))
 
 
 def _number(gap: float) -> float | None:
@@ -119,8 +119,7 @@ def latest(session: Path) -> tuple[Path, SoFar] | None:
     except OSError:
         return None
     for folder in folders:
-        try:
-            return folder, from_json((folder / FILE).read_bytes(), SoFar)
-        except (OSError, msgspec.DecodeError):
-            continue
+        known = read_json(folder / FILE, SoFar)
+        if known is not None:
+            return folder, known
     return None

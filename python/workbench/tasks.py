@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import msgspec
 
+from ehsid.harness.base.encoding import json_text
 from ehsid.harness.base.files import result_folder, write_text
 from ehsid.harness.catalogue.channels import COMMAND, POSITION, TIME
 from ehsid.harness.records import CHANNELS, Record, read_record
@@ -60,7 +61,7 @@ def check_task(folder: Path, *, report: Report) -> None:
             report(0.8 * number / len(records))
         remarks = [Said(one.record, one.what, one.serious) for one in gate(records, rig)]
         write_rig_check(new, rig, checks)
-    write_text(folder / REMARKS, msgspec.json.encode(remarks).decode())
+    write_text(folder / REMARKS, json_text(remarks))
     report(1.0)
 
 

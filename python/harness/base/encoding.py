@@ -7,6 +7,7 @@ import dataclasses
 import inspect
 import math
 from collections.abc import Callable, Mapping
+from pathlib import Path
 from typing import Any, TypeVar
 
 import msgspec
@@ -64,6 +65,14 @@ def from_json(
         raise msgspec.DecodeError(
             "brackets are nested too deeply: expected the few levels of a file of ehsid"
         ) from None
+
+
+def read_json(path: Path, kind: type[T]) -> T | None:
+    """Returns what a file has of this class; None where there is none, or it has another one."""
+    try:
+        return from_json(path.read_bytes(), kind)
+    except (OSError, msgspec.DecodeError):
+        return None
 
 
 def json_schema(kind: type, title: str) -> dict[str, Any]:

@@ -9,7 +9,7 @@ from pathlib import Path
 import msgspec
 
 from ehsid.harness.base.arrays import FloatArray
-from ehsid.harness.base.encoding import from_json
+from ehsid.harness.base.encoding import read_json
 from ehsid.harness.show.page import Heading, Table
 
 from .. import look
@@ -122,9 +122,8 @@ def events_html(told: Told) -> str:
 def ended_html(folder: Path, told: Told) -> str:
     """Returns the results of a run that has ended; "" where there is nothing."""
     out = folder / "hil"
-    try:
-        result = from_json((out / "hil.json").read_bytes(), _Result)
-    except (OSError, msgspec.DecodeError):
+    result = read_json(out / "hil.json", _Result)
+    if result is None:
         left = sorted(out.glob("unfinished_*"))
         if not left:
             return ""
@@ -137,17 +136,9 @@ def ended_html(folder: Path, told: Told) -> str:
         else f"{samples} samples. At {other} of them the estimates of the target are not those of "
         "this host; the report says more."
     )
-    address = f"/live-result/{folder.name}/hil"
-    links = "".join(
-        f'<li><a href="{address}/{name}{"" if name == "hil.html" else "?download=1"}" '
-        f'target="_blank">{name}</a>: {words}</li>'
-        for name, words in RESULT_FILES.items()
-    )
-    at = f"/live-result/{folder.name}/snapshots"
-    links += "".join(
-        f'<li><a href="{at}/{name}?download=1" target="_blank">{look.plain(name)}</a>: '
-        "a snapshot of the estimate</li>"
-        for name in told.snapshots
-    )
+    address = f"/live-result/{folder.name}"
+    snapshots = dict.fromkeys(told.snapshots, "a snapshot of the estimate")
+    links = look.files(f"{address}/hil", RESULT_FILES)
+    links += look.files(f"{address}/snapshots", snapshots)
     where = f'<p class="soft small">The files are in <code>{look.plain(out)}</code>.</p>'
-    return f'<p class="verdict">{verdict}</p><ul>{links}</ul>{where}'
+    return f'<p class="verdict">{verdict}</p>{links}{where}'

@@ -8,6 +8,7 @@ from bokeh.models import Band, ColumnDataSource, Range1d
 from bokeh.plotting import figure
 
 from .. import look
+from ..plots import legend_above
 from .layout import in_columns
 from .windows import DRAWN, Drawn, span
 from .words import parameter_unit
@@ -88,9 +89,8 @@ class LivePlots:
             colour = look.COLOURS[theme][i]
             plot.line("x", column, source=self._signals, color=colour, line_width=1.5, **legend)
         look.dress(plot, theme)
-        for one in plot.legend:  # above the curves, so that it hides none
-            one.orientation, one.border_line_color, one.padding = "horizontal", None, 2
-            plot.add_layout(one, "above")
+        if plot.legend:
+            legend_above(plot)
         return plot
 
     def _estimate_plot(self, number: int, theme: str) -> figure:

@@ -18,9 +18,7 @@ from contextlib import suppress
 from multiprocessing.connection import Connection
 from pathlib import Path
 
-import msgspec
-
-from ehsid.harness.base.encoding import from_json
+from ehsid.harness.base.encoding import json_text, read_json
 from ehsid.harness.base.files import free_folder, write_text
 from ehsid.harness.rigs.published import published_text
 
@@ -70,11 +68,8 @@ class LiveRuns:
     def settings(self) -> LiveSettings:
         """Returns the settings of the newest run; those of the form at first without any."""
         latest = self.latest()
-        try:
-            content = b"{}" if latest is None else (latest / SETTINGS).read_bytes()
-            return from_json(content, LiveSettings)
-        except (OSError, msgspec.DecodeError):
-            return LiveSettings()
+        kept = None if latest is None else read_json(latest / SETTINGS, LiveSettings)
+        return kept or LiveSettings()
 
     def start(self, settings: LiveSettings) -> None:
         """Starts a run; while one goes on, nothing happens.
@@ -91,7 +86,7 @@ class LiveRuns:
             for ring in self.folder.glob(f"run_*/{RING}"):
                 ring.unlink()
             folder = free_folder(self.folder, "run")
-            write_text(folder / SETTINGS, msgspec.json.encode(settings).decode())
+            write_text(folder / SETTINGS, json_text(settings))
             heard, self._control = multiprocessing.get_context("spawn").Pipe(duplex=False)
             self.job = Job(
                 f"run {folder.name.removeprefix('run_')}",

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import msgspec
 
-from ehsid.harness.base.encoding import from_json
+from ehsid.harness.base.encoding import json_text, read_json
 from ehsid.harness.base.files import write_text
 
 FILE = "told.json"
@@ -89,12 +89,9 @@ class Told(msgspec.Struct):
 
 def write_told(folder: Path, told: Told) -> None:
     """Writes the file, whole or not at all."""
-    write_text(folder / FILE, msgspec.json.encode(told).decode())
+    write_text(folder / FILE, json_text(told))
 
 
 def read_told(folder: Path) -> Told:
     """Reads the file; what a run tells that has not begun is empty."""
-    try:
-        return from_json((folder / FILE).read_bytes(), Told)
-    except (OSError, msgspec.DecodeError):
-        return Told()
+    return read_json(folder / FILE, Told) or Told()

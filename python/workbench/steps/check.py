@@ -5,10 +5,9 @@ from __future__ import annotations
 
 from typing import Any
 
-import msgspec
 import panel as pn
 
-from ehsid.harness.base.encoding import from_json
+from ehsid.harness.base.encoding import read_json
 from ehsid.harness.fitness.finding import RigCheckFile, WrittenCheck
 from ehsid.harness.show.page import Block, Heading, Items
 from ehsid.harness.show.rig_check_files import check_table
@@ -41,11 +40,9 @@ class CheckStep(StepView):
 
     def _found(self) -> str:
         folder = self.session.folder
-        try:
-            content = (folder / "check" / "rig_check.json").read_bytes()
-            result = from_json(content, RigCheckFile)
-            remarks = from_json((folder / REMARKS).read_bytes(), list[Said])
-        except (OSError, msgspec.DecodeError):
+        result = read_json(folder / "check" / "rig_check.json", RigCheckFile)
+        remarks = read_json(folder / REMARKS, list[Said])
+        if result is None or remarks is None:
             return ""
         stale = standings(self.session)["check"].why
         html = f'<p class="bad">{look.plain(stale)}</p>' if stale else ""

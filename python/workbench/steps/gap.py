@@ -8,8 +8,7 @@ from typing import Any
 import msgspec
 import panel as pn
 
-from ehsid.harness.base.encoding import from_json
-from ehsid.harness.diagnosis.schema import RESULT_FILES
+from ehsid.harness.base.encoding import read_json
 
 from .. import look
 from ..flow import standings
@@ -88,22 +87,16 @@ class GapStep(StepView):
 
     def _found(self, why: str) -> str:
         folder = self.session.folder / "gap"
-        try:
-            content = (folder / "diagnosis.json").read_bytes()
-            sentence = from_json(content, Sentence).sentence
-        except (OSError, msgspec.DecodeError):
+        found = read_json(folder / "diagnosis.json", Sentence)
+        if found is None:
             return ""
         stale = f'<p class="bad">{look.plain(why)}</p>' if why else ""
         address = f"/result/{self.session.name}/gap"
-        links = "".join(
-            f'<li><a href="{address}/{name}{"" if name == "report.html" else "?download=1"}" '
-            f'target="_blank">{name}</a>: {FILE_WORDS[name]}</li>'
-            for name in sorted(RESULT_FILES, key=lambda name: name != "report.html")
-            if (folder / name).exists()
-        )
+        there = {name: one for name, one in FILE_WORDS.items() if (folder / name).exists()}
         stamp = int((folder / "diagnosis.json").stat().st_mtime)
         return (
-            f'{stale}<p class="verdict">{look.plain(sentence)}</p><ul>{links}</ul>'
+            f'{stale}<p class="verdict">{look.plain(found.sentence)}</p>'
+            f"{look.files(address, there)}"
             f'<iframe src="{address}/report.html?made={stamp}" title="Report of the diagnosis">'
             "</iframe>"
         )

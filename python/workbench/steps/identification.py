@@ -187,12 +187,7 @@ class Identification(StepView):
 
     def _links(self, version: int) -> str:
         address = f"/result/{self.session.name}/model"
-        items = "".join(
-            f'<li><a href="{address}/{name}?made={version}" target="_blank">{name}</a>: {words}'
-            "</li>"
-            for name, words in FILE_WORDS.items()
-        )
-        return f"<h2>Files</h2><ul>{items}</ul>"
+        return f"<h2>Files</h2>{look.files(address, FILE_WORDS, f'?made={version}')}"
 
 
 def _pane(plot: Any) -> pn.pane.Bokeh:

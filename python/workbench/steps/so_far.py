@@ -11,7 +11,8 @@ from bokeh.models import Column
 
 from ehsid.harness.catalogue.channels import shown_channel
 from ehsid.harness.diagnosis import STAGES, in_words
-from ehsid.harness.show.page import Table
+from ehsid.harness.show.gap_words import first_upper
+from ehsid.harness.show.page import Bar, Table
 from ehsid.harness.show.shares import percent
 
 from .. import look
@@ -95,9 +96,10 @@ def _words(known: SoFar) -> str:
     gaps = {kind: getattr(known, kind) for kind in BARS}
     if known.stage == "alone":
         del gaps["augmented"]
-    html += f"<div><b>Gap on held-out data, so far</b>{_bars(gaps)}</div></div>"
+    bars = look.told(_bars(gaps))
+    html += f"<div><b>Gap on held-out data, so far</b>{bars}</div></div>"
     if known.sets:
-        rows = [(_first_upper(in_words(ids)), _percent(gap)) for ids, gap in known.sets]
+        rows = [(first_upper(in_words(ids)), _percent(gap)) for ids, gap in known.sets]
         headings = ("sets that were tried, so far", "gap that is left")
         html += look.told(Table("", headings, rows))
     html += '<p class="soft">Not a result yet: what has more values always leaves less.</p>'
@@ -107,20 +109,14 @@ def _words(known: SoFar) -> str:
     return html
 
 
-def _bars(gaps: dict[str, float | None]) -> str:
+def _bars(gaps: dict[str, float | None]) -> Table:
     largest = max((gap for gap in gaps.values() if gap is not None), default=0.0) or 1.0
-    rows = "".join(
-        f'<tr><td>{BARS[kind]}</td><td class="wide"><span class="bar"><i style="width:'
-        f'{100.0 * (gap or 0.0) / largest:.1f}%"></i></span></td><td class="n">{_percent(gap)}</td>'
-        "</tr>"
+    rows = [
+        (BARS[kind], Bar("", _percent(gap), 100.0 * (gap or 0.0) / largest))
         for kind, gap in gaps.items()
-    )
-    return f'<div class="scroll"><table>{rows}</table></div>'
+    ]
+    return Table("", ("simulation", "gap"), rows)
 
 
 def _percent(gap: float | None) -> str:
     return "diverges" if gap is None else percent(gap)
-
-
-def _first_upper(text: str) -> str:
-    return text[:1].upper() + text[1:]
