@@ -8,8 +8,8 @@ from bokeh.plotting import figure
 
 from ehsid.harness.show.units import Shown, coefficient, column
 
-from .estimate_look import FACTOR, INNOVATION, INPUT, OUTPUT, EstimateLook, high, low
 from .look import THEMES
+from .model_look import FACTOR, INNOVATION, INPUT, OUTPUT, EstimateLook, high, low
 from .plots import Latest, Line, Panel, stacked
 
 SMALL, LARGE, AXIS = 150, 230, 30  # heights in pixels

@@ -14,7 +14,7 @@ from ehsid.harness.models.identification.search_range import MOST_DELAY, MOST_OR
 from ehsid.harness.records import Record, read_record
 from ehsid.harness.show.model_file_names import ESTIMATION_FILES, IDENTIFICATION_FILES
 
-from . import estimate_look, model_look
+from . import model_look
 from .model_choice import recursion_of
 from .session import Entry, Session, SessionError
 
@@ -51,11 +51,11 @@ def estimate_task(folder: Path, *, report: Callable[[float], None]) -> None:
         report(0.1)
         result = estimated(session, data)
         # The page shows this at once; the figure of a long record takes much longer.
-        look = estimate_look.look_of(session, record, result, data)
-        estimate_look.write_look(session, look)
+        look = model_look.look_of(session, record, result, data)
+        model_look.write_estimate_look(session, look)
         report(0.5)
         advice = advise(data, recursion_of(session.settings.model), result)
-        estimate_look.write_tries(session, look.figures, advice)
+        model_look.write_tries(session, look.figures, advice)
         report(0.7)
         from ehsid.harness.show.model_files import write_estimation
 

@@ -13,8 +13,7 @@ from ..catalogue.keys import ParameterKey
 from ..fleet.ranking import Fleet, Machine
 from . import rendering
 from .fleet_figure import fleet_figure
-from .gap_words import VERDICTS, effect_set, interval, plain_name, unit_of, value_name
-from .named import named_effect
+from .gap_words import VERDICTS, effect_set, interval, named_effect, plain_name, unit_of, value_name
 from .page import Block, Cell, Link, Page, Picture, Section, Table, Tagged
 from .shares import percent
 

@@ -10,8 +10,16 @@ from ..catalogue.parameters import effects
 from ..diagnosis.result import Diagnosis
 from ..diagnosis.schema import SUBSYSTEM_TAKES_PART, Estimate, HowFar
 from ..rigs.table_words import table_words
-from .gap_words import chosen, effect_set, first_upper, interval, plain_name, unit_of, value_name
-from .named import named_effects
+from .gap_words import (
+    chosen,
+    effect_set,
+    first_upper,
+    interval,
+    named_effects,
+    plain_name,
+    unit_of,
+    value_name,
+)
 from .next_words import what_now
 from .page import Fact, Facts, Tagged
 from .shares import percent, percent_ends

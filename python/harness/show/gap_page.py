@@ -14,9 +14,8 @@ from .gap_brief import told_reasons, told_remarks
 from .gap_facts import change_of, diagnosis_facts
 from .gap_marks import gap_bars, value_table
 from .gap_plots import next_plots, run_blocks
-from .gap_words import SIMULATIONS, VERDICTS
+from .gap_words import SIMULATIONS, VERDICTS, named_effect
 from .law_section import missing_law_section
-from .named import named_effect
 from .next_words import again_command, experiment_steps, experiment_words
 from .page import Bars, Block, Code, Folded, Heading, Items, Note, Page, Section, Table, Tagged
 from .reading_section import reading_folded

@@ -13,6 +13,7 @@ from ..catalogue.keys import ParameterKey
 from ..catalogue.parameters import plant_parameters
 from ..catalogue.value_names import SHARE_OF, VALUE_NAMES
 from ..diagnosis.schema import Candidate, Estimate, Verdict
+from .page import Tagged
 from .shares import SPACE
 
 VERDICTS: MappingProxyType[Verdict, tuple[str, str]] = MappingProxyType(
@@ -244,3 +245,13 @@ def _places(largest: float, digits: int) -> int | None:
 def first_upper(text: str) -> str:
     """Returns the text with its first letter in upper case; the rest is unchanged."""
     return text[:1].upper() + text[1:]
+
+
+def named_effect(effect: str) -> Tagged:
+    """Returns the cell with the name of an effect."""
+    return Tagged(plain_name(effect), hint=effect)
+
+
+def named_effects(effects: Sequence[str], before: str = "", tag: str = "") -> Tagged:
+    """Returns the cell with the name of a set of effects; `before` and `tag` stand around it."""
+    return Tagged(before + effect_set(tuple(effects)), tag, " + ".join(effects))

@@ -15,13 +15,14 @@ from .gap_words import (
     candidate_notes,
     chosen,
     interval,
+    named_effect,
+    named_effects,
     nats_behind,
     plain_name,
     quantity,
     unit_of,
     value_name,
 )
-from .named import named_effect, named_effects
 from .page import Block, Card, Code, Folded, Heading, Items, Note, Section, Table, Tagged
 from .shares import percent
 

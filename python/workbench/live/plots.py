@@ -7,11 +7,13 @@ import panel as pn
 from bokeh.models import Band, ColumnDataSource, Range1d
 from bokeh.plotting import figure
 
+from ehsid.harness.catalogue.channels import COMMAND, POSITION
+from ehsid.harness.show.units import Shown, coefficient, column
+
 from .. import look
 from ..plots import legend_above
 from .layout import in_columns
 from .windows import DRAWN, Drawn, span
-from .words import parameter_unit
 
 COLUMNS = 400  # pixel columns that are filled
 # Plots of signals: label of the axis, and for each line its name, its column and its factor.
@@ -84,10 +86,10 @@ class LivePlots:
             plot.height = 200
         if last:
             plot.y_range = self._factor
-        for i, (name, column, _) in enumerate(lines):
+        for i, (name, key, _) in enumerate(lines):
             legend = {"legend_label": name} if len(lines) > 1 else {}
             colour = look.COLOURS[theme][i]
-            plot.line("x", column, source=self._signals, color=colour, line_width=1.5, **legend)
+            plot.line("x", key, source=self._signals, color=colour, line_width=1.5, **legend)
         look.dress(plot, theme)
         if plot.legend:
             legend_above(plot)
@@ -95,9 +97,7 @@ class LivePlots:
 
     def _estimate_plot(self, number: int, theme: str) -> figure:
         name = self._parameters[number]
-        unit, _ = parameter_unit(name)
-        label = name if unit == "1" else f"{name} in {unit}"
-        plot = self._figure(label, "time in s", 170)
+        plot = self._figure(_shown(name).label, "time in s", 170)
         plot.y_range = self._ranges[number]
         colour = look.COLOURS[theme][0]
         plot.add_layout(
@@ -128,7 +128,7 @@ class LivePlots:
         self._factor.start = min(FACTOR_RANGE[0], least - 0.02)
         estimates = {"x": points.at_s}
         for i, name in enumerate(self._parameters):
-            _, factor = parameter_unit(name)
+            factor = _shown(name).factor
             values = factor * points.theta[i], factor * points.low[i], factor * points.high[i]
             estimates |= {f"{kind}{i}": one for kind, one in zip("vlh", values, strict=True)}
             low, high = span(*values)
@@ -136,6 +136,10 @@ class LivePlots:
         self._estimates.data = estimates
         first, last = float(points.time_s[0]), float(points.at_s[-1])
         self._time.update(start=first, end=max(last, first + 1e-3))
+
+
+def _shown(name: str) -> Shown:
+    return coefficient(name, column(POSITION), column(COMMAND))
 
 
 def _pane(plot: figure) -> pn.pane.Bokeh:

@@ -26,14 +26,8 @@ FAULTS = {
     "noise": "Insert noise",
     "hold": "Delay by 1 s",
 }
-UNITS = {"a": ("1", 1.0), "b": ("mm/V", 1e3), "o": ("mm", 1e3)}
 
 
 def status_words(status: int) -> str:
     """Returns the status of the estimator as a sentence."""
     return STATUS[ehsid.Status(status).name]
-
-
-def parameter_unit(name: str) -> tuple[str, float]:
-    """Returns the unit of a parameter on the page, and the factor to it from SI units."""
-    return UNITS[name[0]]

@@ -15,9 +15,9 @@ from ehsid.harness.show.model_file_names import ESTIMATION_FILES
 from ehsid.harness.show.page import Block, Heading, Items, Note
 
 from .. import look
-from ..estimate_look import EstimateLook, look_of, read_look
 from ..estimate_plots import EstimatePlots
 from ..model_choice import set_method, set_policy, slider_values, value_of
+from ..model_look import EstimateLook, look_of, read_estimate_look
 from ..model_tasks import estimated, io_data
 from ..reading import reading_of
 from ..session import MOST_COEFFICIENTS, MOST_DELAY
@@ -192,7 +192,7 @@ class Recursive(StepView):
         key = self.session.made_from("estimate")
         if key == self._shown:
             return
-        found = read_look(self.session)
+        found = read_estimate_look(self.session)
         if found is not None and found.figures.made_from == key:
             self._shown = key
             self._show(found, None)
@@ -233,7 +233,7 @@ class Recursive(StepView):
             f'<a href="{address}/{name}?made={made}" target="_blank">{name}</a>'
             for name in ESTIMATION_FILES
         )
-        kept = None if stale else read_look(self.session)
+        kept = None if stale else read_estimate_look(self.session)
         tries: list[Block] = []
         if kept is not None and kept.figures.tries:
             tries = ["What to try:", Items(kept.figures.tries)]

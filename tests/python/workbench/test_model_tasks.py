@@ -15,7 +15,7 @@ from typer.testing import CliRunner
 
 from ehsid.harness.cli import cli
 from ehsid.harness.show.rendering import text
-from ehsid.workbench import estimate_look, model_look
+from ehsid.workbench import model_look
 from ehsid.workbench.downsampling import opened
 from ehsid.workbench.equivalent import commands, python
 from ehsid.workbench.model_choice import set_policy
@@ -93,14 +93,14 @@ def test_what_is_drawn_of_a_model_is_what_was_written(session: Session) -> None:
 
 
 def test_what_is_drawn_of_an_estimate_is_what_was_written(session: Session) -> None:
-    look = estimate_look.read_look(session)
+    look = model_look.read_estimate_look(session)
     assert look is not None
     plain = json.loads((session.folder / "model" / "estimate.json").read_bytes())
     assert look.figures.made_from == session.made_from("estimate")
     for name, entry in plain["parameters"].items():
-        ends = [look.signals[key].values[-1] for key in (estimate_look.low(name), name)]
+        ends = [look.signals[key].values[-1] for key in (model_look.low(name), name)]
         np.testing.assert_allclose(ends, [entry["ci95"][0], entry["value"]], rtol=1e-5)
-    assert look.time_s.size == look.signals[estimate_look.FACTOR].values.size == 3000
+    assert look.time_s.size == look.signals[model_look.FACTOR].values.size == 3000
 
 
 def test_the_servo_is_told_where_the_orders_are_those_of_one(session: Session) -> None:
@@ -109,7 +109,7 @@ def test_the_servo_is_told_where_the_orders_are_those_of_one(session: Session) -
     told = []
     for nb in (2, 3):
         choice.nb = nb
-        look = estimate_look.look_of(session, record, estimated(session, data), data)
+        look = model_look.look_of(session, record, estimated(session, data), data)
         told.append(look.figures.told.servo)
     choice.nb = 2
     assert told[0] == []
@@ -122,8 +122,8 @@ def test_gaps_of_a_record_stay_gaps(session: Session) -> None:
 
     data, record = io_data(session)
     parts = replace(data, segments=(slice(0, 1400), slice(1600, 3000)))
-    look = estimate_look.look_of(session, record, estimated(session, parts), parts)
-    ends_only = (estimate_look.low("offset"), estimate_look.high("offset"))
+    look = model_look.look_of(session, record, estimated(session, parts), parts)
+    ends_only = (model_look.low("offset"), model_look.high("offset"))
     for name, pyramid in look.signals.items():
         assert np.isnan(pyramid.values[1400:1600]).all()
         assert np.isfinite(pyramid.values[2000:]).all() or name in ends_only
