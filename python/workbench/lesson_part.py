@@ -87,9 +87,7 @@ class LessonPart:
 
     def _end(self, event: Any) -> None:
         del event
-        job = self._workbench.job(self._chosen(), "gap")
-        if job is not None and job.running:
-            job.cancel()
+        self._workbench.cancel(self._chosen(), "gap")
         self.refresh()
 
     def _chosen(self) -> Session:

@@ -71,6 +71,14 @@ def words(text: str) -> pn.pane.HTML:
     return pn.pane.HTML(text, stylesheets=[WORDS], sizing_mode="stretch_width", margin=(4, 0))
 
 
+def button(name: str, *, primary: bool = False) -> pn.widgets.Button:
+    """Returns a button in the look of the page."""
+    kind = "primary" if primary else "default"
+    return pn.widgets.Button(
+        name=name, button_type=kind, stylesheets=[CONTROLS], margin=(4, 8, 4, 0)
+    )
+
+
 def beside(*parts: pn.viewable.Viewable, least: str = "16rem") -> pn.FlexBox:
     """Returns parts side by side, which share the width, and one below the other where it ends."""
     for part in parts:

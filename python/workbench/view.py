@@ -25,6 +25,7 @@ class View:
     key = ""
     title = ""
     purpose = ""
+    button = staticmethod(look.button)
 
     def __init__(self, workbench: Workbench) -> None:
         self.workbench = workbench
@@ -71,10 +72,3 @@ class View:
     def say(self, html: str) -> None:
         """Shows below the title what was done."""
         self.problem.object = f'<p class="verdict" role="status">{html}</p>'
-
-    def button(self, name: str, *, primary: bool = False) -> pn.widgets.Button:
-        """Returns a button in the look of the page."""
-        kind = "primary" if primary else "default"
-        return pn.widgets.Button(
-            name=name, button_type=kind, stylesheets=[look.CONTROLS], margin=(4, 8, 4, 0)
-        )

@@ -138,6 +138,12 @@ class Workbench:
         """Returns the job of a session and a step that runs, or ran last."""
         return self._jobs.get((session.name, key))
 
+    def cancel(self, session: Session, key: str) -> None:
+        """Ends a job that runs."""
+        job = self.job(session, key)
+        if job is not None and job.running:
+            job.cancel()
+
     def read(self, session: Session, entry: Entry) -> None:
         """Reads a log as soon as no other one is being read."""
         with self._lock:
@@ -180,9 +186,7 @@ class Workbench:
 
     def estimate(self, session: Session) -> None:
         """Starts the recursive estimation; one that is at work is ended, as its choices are old."""
-        running = self.job(session, "estimate")
-        if running is not None and running.running:
-            running.cancel()
+        self.cancel(session, "estimate")
         self._start(session, "estimate", "running the estimator", estimate_task)
 
     def make_header(self, session: Session) -> None:

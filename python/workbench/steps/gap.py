@@ -37,9 +37,8 @@ class GapStep(StepView):
         super().__init__(page)
         self._start = self.button("Start the diagnosis", primary=True)
         self._start.on_click(page.told(lambda event: self.workbench.diagnose(self.session)))
-        self._cancel = self.button("Cancel")
-        self._cancel.on_click(page.told(self._end))
-        self._plan, self._status, self._result = (look.words("") for _ in range(3))
+        self._cancel, self._status = self.follow("gap")
+        self._plan, self._result = look.words(""), look.words("")
         self._so_far = SoFarView(self.session.folder, page.theme)
         self.layout.objects = [
             self._plan,
@@ -48,19 +47,6 @@ class GapStep(StepView):
             self._so_far.layout,
             self._result,
         ]
-        # The time that has passed goes on although nothing is reported.
-        pn.state.add_periodic_callback(self._tick, period=1000)
-
-    def _end(self, event: Any) -> None:
-        del event
-        job = self.workbench.job(self.session, "gap")
-        if job is not None and job.running:
-            job.cancel()
-
-    def _tick(self) -> None:
-        job = self.workbench.job(self.session, "gap")
-        if job is not None and job.running and self.page.key == "gap":
-            self._status.object = progress(job)
 
     def refresh(self) -> None:
         """Shows how the diagnosis goes, and what it found."""

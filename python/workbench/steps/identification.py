@@ -41,9 +41,8 @@ class Identification(StepView):
         self._delays = self._range("delays to try, in samples", "delays", MOST_DELAY)
         self._start = self.button("Identify", primary=True)
         self._start.on_click(page.told(lambda event: self.workbench.identify(self.session)))
-        self._cancel = self.button("Cancel")
-        self._cancel.on_click(page.told(self._end))
-        self._status, self._result = look.words(""), look.words("")
+        self._cancel, self._status = self.follow("identify")
+        self._result = look.words("")
         self._drawn = pn.Column(sizing_mode="stretch_width")
         self._shown: object = None
         self._quiet = False
@@ -53,8 +52,6 @@ class Identification(StepView):
         self.layout.objects = [
             chosen, pn.Row(self._start, self._cancel), self._status, self._result, self._drawn,
         ]  # fmt: skip
-        # The time that has passed goes on although nothing is reported.
-        pn.state.add_periodic_callback(self._tick, period=1000)
 
     def _select(self, words: str, name: str) -> pn.widgets.Select:
         made = pn.widgets.Select(name=words, stylesheets=[look.CONTROLS], margin=(4, 0))
@@ -83,17 +80,6 @@ class Identification(StepView):
         if choice.input_name == choice.output_name:  # the two change places
             setattr(choice, "output_name" if name == "input_name" else "input_name", before)
         self.session.save()
-
-    def _end(self, event: Any) -> None:
-        del event
-        job = self.workbench.job(self.session, "identify")
-        if job is not None and job.running:
-            job.cancel()
-
-    def _tick(self) -> None:
-        job = self.workbench.job(self.session, "identify")
-        if job is not None and job.running and self.page.key == "model":
-            self._status.object = progress(job)
 
     def refresh(self) -> None:
         """Shows the choices, how the identification goes, and what it found."""

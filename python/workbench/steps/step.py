@@ -37,6 +37,8 @@ class StepPage(Protocol):
 class StepView:
     """A step on a page: `layout` is shown, and `refresh` brings it up to date."""
 
+    button = staticmethod(look.button)
+
     def __init__(self, page: StepPage) -> None:
         self.page = page
         self.session = page.session
@@ -46,14 +48,19 @@ class StepView:
     def refresh(self) -> None:
         """Shows what has changed in the session or its jobs."""
 
-    def button(self, name: str, *, primary: bool = False) -> pn.widgets.Button:
-        """Returns a button in the look of the page."""
-        return pn.widgets.Button(
-            name=name,
-            button_type="primary" if primary else "default",
-            stylesheets=[look.CONTROLS],
-            margin=(4, 8, 4, 0),
-        )
+    def follow(self, job: str) -> tuple[pn.widgets.Button, pn.pane.HTML]:
+        """Returns a button that cancels a job, and the place that says how the job goes."""
+        cancel, status = self.button("Cancel"), look.words("")
+        cancel.on_click(self.page.told(lambda event: self.workbench.cancel(self.session, job)))
+
+        def tick() -> None:
+            found = self.workbench.job(self.session, job)
+            if found is not None and found.running:
+                status.object = progress(found)
+
+        # The time that has passed goes on although nothing is reported.
+        pn.state.add_periodic_callback(tick, period=1000)
+        return cancel, status
 
 
 def progress(job: Job | None) -> str:
