@@ -78,7 +78,7 @@ class Diagnosis(Shown):
         ValueError
             nothing was simulated, because the data are insufficient.
         """
-        from ..show.run_figure import run_figure
+        from ..show.record_figure import run_figure
 
         if not self.result.runs:
             raise ValueError(

@@ -22,10 +22,9 @@ from ..models.identification.loop import analyse_loop
 from ..models.identification.systems import to_control
 from ..records import Origin
 from ..records.origin import with_reading
-from .bode import bode_figure
 from .loop_blocks import limit_words
 from .model_curves import model_bode
-from .model_figures import estimation_figure, identification_figure
+from .model_figures import bode_figure, estimation_figure, identification_figure
 from .model_file_names import IDENTIFICATION_FILES
 from .plotting import write_figure
 

@@ -15,9 +15,9 @@ from ehsid.harness.show.model_file_names import ESTIMATION_FILES
 from ehsid.harness.show.page import Block, Heading, Items, Note
 
 from .. import look
-from ..estimate_plots import EstimatePlots
 from ..model_choice import set_method, set_policy, slider_values, value_of
 from ..model_look import EstimateLook, look_of, read_estimate_look
+from ..model_plots import EstimatePlots
 from ..model_tasks import estimated, io_data
 from ..reading import reading_of
 from ..session import MOST_COEFFICIENTS, MOST_DELAY

@@ -27,7 +27,7 @@ from ehsid.workbench.lesson import (
     truth,
 )
 from ehsid.workbench.lesson_flow import Stage, advance, lessons
-from ehsid.workbench.lesson_words import is_found, named, outcome_html
+from ehsid.workbench.lesson_part import is_found, named, outcome_html
 from ehsid.workbench.workbench import Workbench
 
 

@@ -12,9 +12,9 @@ from ehsid.harness.models.identification import (
     PolesZeros,
     Roots,
 )
-from ehsid.harness.show.bode import bode_figure
 from ehsid.harness.show.loop_blocks import place
 from ehsid.harness.show.model_curves import bode
+from ehsid.harness.show.model_figures import bode_figure
 from ehsid.harness.show.page import Block, Picture, Table
 
 from ..procedure import Procedure
