@@ -15,14 +15,13 @@ from .gap_facts import change_of, diagnosis_facts
 from .gap_marks import gap_bars, value_table
 from .gap_plots import next_plots, run_blocks
 from .gap_words import SIMULATIONS, VERDICTS, named_effect
-from .law_section import missing_law_section
 from .next_words import again_command, experiment_steps, experiment_words
 from .page import Bars, Block, Code, Folded, Heading, Items, Note, Page, Section, Table, Tagged
 from .reading_section import reading_folded
 from .rendering import render_page
 from .shares import percent, percent_interval
 from .where_section import where_section
-from .which_section import which_section
+from .which_section import missing_law_section, which_section
 
 
 @dataclass(frozen=True)

@@ -15,8 +15,13 @@ from offline_pages import read
 from published_schemas import check_file
 
 from ehsid.harness.fleet.ranking import Fleet, read_fleet
-from ehsid.harness.show.fleet_figure import fleet_figure
-from ehsid.harness.show.fleet_page import fleet_lead, fleet_page, verdict_text, write_fleet
+from ehsid.harness.show.fleet_page import (
+    fleet_figure,
+    fleet_lead,
+    fleet_page,
+    verdict_text,
+    write_fleet,
+)
 from ehsid.harness.show.page import Picture, Table, Tagged
 from ehsid.harness.show.rendering import render_page
 

@@ -8,7 +8,7 @@ import pytest
 
 from ehsid.harness.diagnosis.result import UnknownInput
 from ehsid.harness.show.page import Beside, Note
-from ehsid.harness.show.unknown_input_section import (
+from ehsid.harness.show.where_section import (
     FURTHER,
     SHOWN_WINDOWS,
     largest_windows,

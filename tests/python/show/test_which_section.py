@@ -7,8 +7,8 @@ import pytest
 from made_diagnoses import missing_law
 from msgspec.structs import replace
 
-from ehsid.harness.show.law_section import missing_law_section
 from ehsid.harness.show.page import Card, Note, Plot
+from ehsid.harness.show.which_section import missing_law_section
 
 
 def card(rivals: tuple[tuple[str, str], ...]) -> Card:
