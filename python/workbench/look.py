@@ -7,6 +7,7 @@ import re
 from collections.abc import Mapping
 from html import escape
 from pathlib import Path
+from typing import Any
 
 import panel as pn
 from bokeh.plotting import figure
@@ -77,6 +78,18 @@ def button(name: str, *, primary: bool = False) -> pn.widgets.Button:
     return pn.widgets.Button(
         name=name, button_type=kind, stylesheets=[CONTROLS], margin=(4, 8, 4, 0)
     )
+
+
+def select(name: str, **settings: Any) -> pn.widgets.Select:
+    """Returns a field with a list to choose from, in the look of the page."""
+    settings = {"stylesheets": [CONTROLS], "margin": (4, 0), **settings}
+    return pn.widgets.Select(name=name, **settings)
+
+
+def text_input(name: str, **settings: Any) -> pn.widgets.TextInput:
+    """Returns a field to write into, in the look of the page."""
+    settings = {"stylesheets": [CONTROLS], "margin": (4, 0), **settings}
+    return pn.widgets.TextInput(name=name, **settings)
 
 
 def beside(*parts: pn.viewable.Viewable, least: str = "16rem") -> pn.FlexBox:

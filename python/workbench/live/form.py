@@ -47,13 +47,7 @@ class LiveForm:
 
     def __init__(self, workbench: Workbench, settings: LiveSettings) -> None:
         self._fields: dict[str, Any] = {
-            name: pn.widgets.TextInput(
-                name=label,
-                value=getattr(settings, name),
-                placeholder=hint,
-                stylesheets=[look.CONTROLS],
-                margin=(4, 0),
-            )
+            name: look.text_input(label, value=getattr(settings, name), placeholder=hint)
             for name, (label, hint) in TYPED.items()
         }
         rigs = {
@@ -63,19 +57,21 @@ class LiveForm:
         }
         self._rigs = {PUBLISHED: "", **rigs, OTHER: OTHER}
         chosen = settings.rig if settings.rig in self._rigs.values() else OTHER
-        self._rig = _select("rig", self._rigs, chosen)
+        self._rig = look.select("rig", options=self._rigs, value=chosen)
         self._fields |= {
-            "emulated": _select("target", TARGETS, settings.emulated),
-            "machine": _select(
-                "board of QEMU", {f"{n}, {m}": n for n, m in MACHINES.items()}, settings.machine
+            "emulated": look.select("target", options=TARGETS, value=settings.emulated),
+            "machine": look.select(
+                "board of QEMU",
+                options={f"{n}, {m}": n for n, m in MACHINES.items()},
+                value=settings.machine,
             ),
-            "position_control": _select("loop", LOOPS, settings.position_control),
-            "signal": _select("test signal", {name: name for name in SIGNALS}, settings.signal),
-            "forgetting": _select(
-                "forgetting policy", {name: name for name in POLICIES}, settings.forgetting
+            "position_control": look.select("loop", options=LOOPS, value=settings.position_control),
+            "signal": look.select("test signal", options=list(SIGNALS), value=settings.signal),
+            "forgetting": look.select(
+                "forgetting policy", options=list(POLICIES), value=settings.forgetting
             ),
-            "retune": _select("gain of the controller", GAINS, settings.retune),
-            "real_time": _select("pace", PACES, settings.real_time),
+            "retune": look.select("gain of the controller", options=GAINS, value=settings.retune),
+            "real_time": look.select("pace", options=PACES, value=settings.real_time),
         }
         for name in ("emulated", "position_control"):
             self._fields[name].param.watch(lambda event: self._show(), "value")
@@ -129,9 +125,3 @@ class LiveForm:
         if not values["position_control"]:
             values["bandwidth_hz"] = ""
         return LiveSettings(**values)
-
-
-def _select(name: str, options: dict[str, Any], value: Any) -> pn.widgets.Select:
-    return pn.widgets.Select(
-        name=name, options=options, value=value, stylesheets=[look.CONTROLS], margin=(4, 0)
-    )

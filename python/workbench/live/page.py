@@ -67,7 +67,7 @@ class LivePage:
         self._stop = self._button("Stop", self._end)
         self._machine = self._button("Make a machine of this record", self._make_machine)
         self._machine.jscallback(tags="if (cb_obj.tags.length) location.assign(cb_obj.tags[0])")
-        self._window = self._select("show", list(WINDOWS))
+        self._window = look.select("show", options=list(WINDOWS), width=300)
         self._controls = self._make_controls()
         self.template = self._make_template()
         pn.state.add_periodic_callback(self.refresh, period=PERIOD_MS)
@@ -108,28 +108,18 @@ class LivePage:
     def _button(
         self, name: str, handler: Callable[[], None], *, primary: bool = False
     ) -> pn.widgets.Button:
-        button = pn.widgets.Button(
-            name=name,
-            button_type="primary" if primary else "default",
-            stylesheets=[look.CONTROLS],
-            margin=(4, 8, 4, 0),
-        )
+        button = look.button(name, primary=primary)
         button.on_click(self._told(lambda event: handler()))
         return button
 
-    def _select(self, name: str, options: list[str]) -> pn.widgets.Select:
-        return pn.widgets.Select(
-            name=name, options=options, stylesheets=[look.CONTROLS], width=300, margin=(4, 8, 4, 0)
-        )
-
     def _make_controls(self) -> pn.Column:
         runs = self._runs
-        self._snapshots = self._select("snapshot", [])
+        self._snapshots = look.select("snapshot", width=300)
         self._restore = self._button(
             "Go on from this snapshot", lambda: runs.wish("restore", self._snapshots.value)
         )
         self._restoring = pn.FlexBox(self._snapshots, self._restore, align_items="end")
-        self._way = self._select("where the fault comes", list(WAYS))
+        self._way = look.select("where the fault comes", options=list(WAYS), width=300)
         faults = [
             self._button(words, partial(self._disturb, kind)) for kind, words in FAULTS.items()
         ]

@@ -54,15 +54,13 @@ class Identification(StepView):
         ]  # fmt: skip
 
     def _select(self, words: str, name: str) -> pn.widgets.Select:
-        made = pn.widgets.Select(name=words, stylesheets=[look.CONTROLS], margin=(4, 0))
+        made = look.select(words)
         made.param.watch(self.page.told(lambda event: self._choose(name, event.new)), "value")
         return made
 
     def _range(self, words: str, name: str, most: int) -> pn.widgets.TextInput:
-        made = pn.widgets.TextInput(
-            name=words, value=getattr(self._choice, name), placeholder="such as 2-5",
-            stylesheets=[look.CONTROLS], margin=(4, 0),
-        )  # fmt: skip
+        value = getattr(self._choice, name)
+        made = look.text_input(words, value=value, placeholder="such as 2-5")
 
         def changed(event: Any) -> None:
             parse_range(event.new, words, most)

@@ -33,13 +33,11 @@ class LoadStep(StepView):
 
     def __init__(self, page: Any) -> None:
         super().__init__(page)
-        self._path = pn.widgets.TextInput(
-            name="or the path of a file or folder on this machine",
+        self._path = look.text_input(
+            "or the path of a file or folder on this machine",
             placeholder="/data/machine_7/run1.mf4",
-            stylesheets=[look.CONTROLS],
             sizing_mode="stretch_width",
             max_width=560,
-            margin=(4, 8, 4, 0),
         )
         add = self.button("Add")
         add.align = "end"
@@ -47,9 +45,7 @@ class LoadStep(StepView):
         self._path.param.watch(page.told(self._add_path), "enter_pressed")
         self._status = look.words("")
         self._records = pn.Column(sizing_mode="stretch_width")
-        self._chosen = pn.widgets.Select(
-            name="record", stylesheets=[look.CONTROLS], width=260, margin=(4, 8, 4, 0)
-        )
+        self._chosen = look.select("record", width=260)
         self._columns = pn.widgets.CheckBoxGroup(
             name="columns to draw",
             inline=True,

@@ -38,17 +38,12 @@ class MapStep(StepView):
 
     def __init__(self, page: Any) -> None:
         super().__init__(page)
-        self._chosen = pn.widgets.Select(
-            name="record", width=260, stylesheets=[look.CONTROLS], margin=(4, 8, 4, 0)
-        )
+        self._chosen = look.select("record", width=260)
         self._held_out = look.tick(
             "hold this record out: the diagnosis judges by it and never fits it", False
         )
         self._held_out.margin = (22, 8, 4, 0)
-        self._dt = pn.widgets.TextInput(
-            name="sampling time in ms (empty: as in the log)", width=260,
-            stylesheets=[look.CONTROLS], margin=(4, 0),
-        )  # fmt: skip
+        self._dt = look.text_input("sampling time in ms (empty: as in the log)", width=260)
         self._status = look.words("")
         self._columns = look.words("")
         self._rows = pn.Column(sizing_mode="stretch_width")
@@ -160,23 +155,21 @@ class MapStep(StepView):
         mapped = entry.maps.get(channel, "")
         name, unit = _split(mapped)
         names = [column.name for column in reading.columns]
-        column = pn.widgets.Select(
+        column = look.select(
+            about.words,
             options=[GUESS, *dict.fromkeys([*names, *([name] if name else [])])],
             value=name or GUESS,
             width=230,
             margin=(2, 8, 2, 0),
-            stylesheets=[look.CONTROLS],
-            name=f"{about.words}",
             tags=[f"column of {channel}"],  # by which a column that is dropped finds it
         )
         units = [AS_LOGGED, *UNITS[about.unit], *([unit] if unit else [])]
-        of = pn.widgets.Select(
+        of = look.select(
+            "unit",
             options=list(dict.fromkeys(units)),
             value=unit or AS_LOGGED,
             width=150,
             margin=(2, 12, 2, 0),
-            stylesheets=[look.CONTROLS],
-            name="unit",
             disabled=not name,
         )
         changed = self.page.told(lambda event: self._set_map(channel, column.value, of.value))

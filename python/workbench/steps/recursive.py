@@ -79,10 +79,7 @@ class Recursive(StepView):
         ]
 
     def _select(self, words: str, options: Any, name: str) -> pn.widgets.Select:
-        made = pn.widgets.Select(
-            name=words, options=options, value=getattr(self._choice, name),
-            stylesheets=[look.CONTROLS], margin=(4, 0),
-        )  # fmt: skip
+        made = look.select(words, options=options, value=getattr(self._choice, name))
         made.param.watch(self.page.told(lambda event: self._choose(name, event.new)), "value")
         return made
 

@@ -68,12 +68,11 @@ class RigStep(StepView):
         self._redraw()
 
     def _field(self, question: Question) -> pn.Column:
-        field = pn.widgets.TextInput(
-            name=question.words,
+        field = look.text_input(
+            question.words,
             value=self._known.answers.get(question.name, ""),
             placeholder=f"such as {EXAMPLES[question.name]}",
             description=None,
-            stylesheets=[look.CONTROLS],
             sizing_mode="stretch_width",
             margin=(2, 0, 0, 0),
         )
