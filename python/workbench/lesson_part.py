@@ -47,11 +47,10 @@ class LessonPart:
         self._view, self._workbench, self._rig_title = view, view.workbench, rig_title
         self._hide = view.button("Hide an effect")
         self._hide.on_click(view.told(self._begin))
-        fields = {"stylesheets": [look.CONTROLS], "description": None, "margin": (2, 12, 2, 0)}
-        self._which = pn.widgets.Select(name="lesson", width=200, **fields)
+        self._which = look.select("lesson", width=200)
         self._which.param.watch(view.told(lambda event: self.refresh()), "value")
         self._told, self._status, self._outcome = (look.words("") for _ in range(3))
-        self._guess = pn.widgets.Select(name="your guess", width=290, **fields)
+        self._guess = look.select("your guess", width=290)
         self._find = view.button("Guess, and start the diagnosis", primary=True)
         self._find.on_click(view.told(self._answer))
         self._again = view.button("Start the diagnosis again")

@@ -82,14 +82,19 @@ def button(name: str, *, primary: bool = False) -> pn.widgets.Button:
 
 def select(name: str, **settings: Any) -> pn.widgets.Select:
     """Returns a field with a list to choose from, in the look of the page."""
-    settings = {"stylesheets": [CONTROLS], "margin": (4, 0), **settings}
+    settings = {"stylesheets": [CONTROLS], "margin": (4, 8, 4, 0), **settings}
     return pn.widgets.Select(name=name, **settings)
 
 
 def text_input(name: str, **settings: Any) -> pn.widgets.TextInput:
     """Returns a field to write into, in the look of the page."""
-    settings = {"stylesheets": [CONTROLS], "margin": (4, 0), **settings}
+    settings = {"stylesheets": [CONTROLS], "margin": (4, 8, 4, 0), **settings}
     return pn.widgets.TextInput(name=name, **settings)
+
+
+def drawn(plot: figure) -> pn.pane.Bokeh:
+    """Returns a plot as a part of the page, as wide as its place."""
+    return pn.pane.Bokeh(plot, sizing_mode="stretch_width", margin=0)
 
 
 def beside(*parts: pn.viewable.Viewable, least: str = "16rem") -> pn.FlexBox:

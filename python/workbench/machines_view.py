@@ -40,12 +40,9 @@ class MachinesView(View):
     def __init__(self, workbench: Workbench) -> None:
         super().__init__(workbench)
         self._table = look.words("")
-        fields = {"stylesheets": [look.CONTROLS], "description": None, "margin": (2, 12, 2, 0)}
-        self._chosen = pn.widgets.Select(name="machine", width=280, **fields)
+        self._chosen = look.select("machine", width=280)
         self._chosen.param.watch(self.told(lambda event: self._ask(False)), "value")
-        self._name = pn.widgets.TextInput(
-            name="new name", placeholder="such as press_7", width=280, **fields
-        )
+        self._name = look.text_input("new name", placeholder="such as press_7", width=280)
         rename = self.button("Rename")
         rename.on_click(self.told(self._rename))
         self._remove = self.button("Remove")

@@ -65,11 +65,7 @@ def poles_plot(model: Dynamics, theme: str) -> figure:
             plot.scatter(
                 "x", "y", marker=marker, size=12, line_color=colour, line_width=2.5,
                 fill_alpha=0.0, legend_label=words,
-                source={
-                    "x": roots.real,
-                    "y": roots.imag,
-                    "modulus": np.abs(roots),
-                },
+                source={"x": roots.real, "y": roots.imag, "modulus": np.abs(roots)},
             )  # fmt: skip
     beyond = np.sum(np.maximum(np.abs(places.real), np.abs(places.imag)) > reach)
     if beyond:

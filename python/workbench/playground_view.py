@@ -34,10 +34,9 @@ class PlaygroundView(View):
 
     def __init__(self, workbench: Workbench) -> None:
         super().__init__(workbench)
-        fields = {"stylesheets": [look.CONTROLS], "description": None, "margin": (2, 12, 2, 0)}
         titles = rig_titles(workbench)
-        self._rig_title = pn.widgets.Select(name="rig", options=titles, width=290, **fields)
-        self._signal = pn.widgets.Select(name="command", options=COMMANDS, width=150, **fields)
+        self._rig_title = look.select("rig", options=titles, width=290)
+        self._signal = look.select("command", options=COMMANDS, width=150)
         self._share = pn.widgets.IntSlider(
             name="peak in % of the rated command", start=5, end=100, step=5, value=30, width=290,
             stylesheets=[look.CONTROLS], margin=(2, 12, 2, 0),

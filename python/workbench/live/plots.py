@@ -46,13 +46,13 @@ class LivePlots:
             for number, (label, lines) in enumerate(SIGNALS)
         ]
         estimates = [self._estimate_plot(i, theme) for i in range(len(parameters))]
-        self.signals = pn.Column(*map(_pane, signals), sizing_mode="stretch_width")
+        self.signals = pn.Column(*map(look.drawn, signals), sizing_mode="stretch_width")
         self.estimates = pn.Column(
             look.words(
                 "<h2>Parameters of the estimated model</h2><p class='soft'>The band is the "
                 "estimate ± its standard deviation.</p>"
             ),
-            in_columns(*map(_pane, estimates), least="17rem"),
+            in_columns(*map(look.drawn, estimates), least="17rem"),
             sizing_mode="stretch_width",
         )
 
@@ -140,7 +140,3 @@ class LivePlots:
 
 def _shown(name: str) -> Shown:
     return coefficient(name, column(POSITION), column(COMMAND))
-
-
-def _pane(plot: figure) -> pn.pane.Bokeh:
-    return pn.pane.Bokeh(plot, sizing_mode="stretch_width", margin=0)

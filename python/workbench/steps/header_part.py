@@ -32,16 +32,9 @@ class HeaderPart:
         ids = [entry.id for entry in self._session.settings.records]
         if wish.record not in ids:
             wish.record = ids[0] if ids else ""
-        look_of = {"stylesheets": [look.CONTROLS], "description": None}
-        self._record = pn.widgets.Select(
-            name="record of the model", options=ids, value=wish.record or None, **look_of
-        )
-        self._language = pn.widgets.Select(
-            name="language", options=LANGUAGES, value=wish.c, **look_of
-        )
-        self._name = pn.widgets.TextInput(
-            name="namespace in C++, prefix in C", value=wish.name, **look_of
-        )
+        self._record = look.select("record of the model", options=ids, value=wish.record or None)
+        self._language = look.select("language", options=LANGUAGES, value=wish.c)
+        self._name = look.text_input("namespace in C++, prefix in C", value=wish.name)
         choice = self._session.settings.model
         self._like_model = look.tick(
             f"orders and forgetting of the step Model: na {choice.na}, nb {choice.nb}, "

@@ -156,7 +156,7 @@ class Identification(StepView):
             look.words("<h2>Measured and simulated, on the half that was not fitted</h2>"),
             over_time,
             look.words(look.told(Heading("The residual"), Items(told.tests))),
-            look.side_by_side(*map(_pane, tests)),
+            look.side_by_side(*map(look.drawn, tests)),
             look.side_by_side(
                 look.words(look.told(*model)),
                 pn.pane.Bokeh(poles_plot(found.dynamics, theme), margin=0),
@@ -165,14 +165,10 @@ class Identification(StepView):
                 "<h2>Frequency response</h2><p>With its 95 % band. Grey: frequencies at which the "
                 "input has next to no power; what the model says there is extrapolated.</p>"
             ),
-            *map(_pane, bode),
+            *map(look.drawn, bode),
             look.words(look.told(Heading("Orders tried"), told.orders) + self._links(version)),
         ]
 
     def _links(self, version: int) -> str:
         address = f"/result/{self.session.name}/model"
         return f"<h2>Files</h2>{look.files(address, FILE_WORDS, f'?made={version}')}"
-
-
-def _pane(plot: Any) -> pn.pane.Bokeh:
-    return pn.pane.Bokeh(plot, sizing_mode="stretch_width", margin=0)
