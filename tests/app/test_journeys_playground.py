@@ -103,7 +103,7 @@ def test_an_effect_is_hidden_guessed_and_its_diagnosis_is_cancelled(
     playground.get_by_role("button", name="Cancel").click()
     playground.get_by_text("Cancelled. Earlier results are unchanged.").wait_for()
     playground.get_by_role("button", name="Start the diagnosis again").wait_for()
-    assert '"guess":"load_force"' in (folder / "lesson.json").read_text()
+    assert '"guess": "load_force"' in (folder / "lesson.json").read_text()
     # Its records are seen as those of any machine.
     with playground.context.expect_page() as opened:
         playground.get_by_role("link", name="Look at its records").click()
