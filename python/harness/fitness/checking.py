@@ -17,7 +17,7 @@ from ..records import Record
 from ..rigs import Rig
 from .balance import moved_mass
 from .edges import Edges, edges
-from .finding import Finding, RecordCheck, Status, judged, untold
+from .finding import Finding, RecordCheck, Status, finding, judged, untold
 from .limits import command_findings, doubted_units, measured_supply, sign_findings, stroke_finding
 from .motion import Areas, FlowGain, Motion, areas, expected_speed, flow_gain, has_pressures, motion
 from .ringing import ringing_finding
@@ -61,7 +61,7 @@ def check_rig(record: Record, rig: Rig) -> RecordCheck:
     half = moved.kernel.half
     time = part.dt_s * np.arange(half, half + moved.speed.size, dtype=np.float64)
     notes = _notes(part, rig, supply)
-    off = [Finding("supply", Status.does_not_fit, one.what) for one in supply if one.serious]
+    off = [finding("supply", Status.does_not_fit, one.what) for one in supply if one.serious]
     if off:
         findings = [*off, untold("all else", "the supply must be up first")]
         return RecordCheck(record.name, tuple(findings), notes, time, moved.speed, None)
@@ -340,7 +340,7 @@ def _delay(record: Record, rig: Rig, moved: Motion) -> Finding:
         f"account for {1e3 * expected:.3g} ms"
     )
     if abs(seen - expected) <= far:
-        return Finding(check, Status.fits, shown, key)
+        return finding(check, Status.fits, shown, key)
     spool = seen - (expected - lag)
     text = f"{shown} (within {1e3 * far:.2g} ms)"
     if spool > 0.0:
@@ -350,4 +350,4 @@ def _delay(record: Record, rig: Rig, moved: Motion) -> Finding:
     if seen > expected:
         text += f"; or there is a delay of {1e3 * (seen - expected):.3g} ms, "
         text += "effects.transport_delay.delay_s"
-    return Finding(check, Status.does_not_fit, text, key)
+    return finding(check, Status.does_not_fit, text, key)

@@ -34,17 +34,17 @@ class Finding:
         full name of the value of the rig, or None where it is none.
     factor
         what the record shows over what the rig says; None if that is no ratio.
-    low, high
-        the range of factors that fit; None without a factor.
+    fitting
+        the range of factors that fit, low and high; None without a range, or at an end without a
+        bound.
     """
 
     check: str
     status: Status
     text: str
-    value: str | None = None
-    factor: float | None = None
-    low: float | None = None
-    high: float | None = None
+    value: str | None
+    factor: float | None
+    fitting: tuple[float | None, float | None] | None
 
 
 @dataclass(frozen=True, eq=False)
@@ -74,32 +74,11 @@ class RecordCheck:
 
 
 @dataclass(frozen=True)
-class WrittenFinding:
-    """A finding in rig_check.json.
-
-    Attributes
-    ----------
-    check, status, text, value, factor
-        as in `Finding`.
-    fitting
-        the range of factors that fit, low and high; null without a range, or at an end without a
-        bound.
-    """
-
-    check: str
-    status: Status
-    text: str
-    value: str | None
-    factor: float | None
-    fitting: tuple[float | None, float | None] | None
-
-
-@dataclass(frozen=True)
 class WrittenCheck:
     """The check of a record in rig_check.json: its name, findings, and notes as sentences."""
 
     record: str
-    findings: tuple[WrittenFinding, ...]
+    findings: tuple[Finding, ...]
     notes: tuple[str, ...]
 
 
@@ -116,22 +95,22 @@ def rig_check_file(rig: str, checks: Sequence[RecordCheck]) -> RigCheckFile:
     return RigCheckFile(
         rig,
         tuple(
-            WrittenCheck(check.record, tuple(map(_written, check.findings)), tuple(check.notes))
+            WrittenCheck(check.record, tuple(check.findings), tuple(check.notes))
             for check in checks
         ),
     )
 
 
-def _written(finding: Finding) -> WrittenFinding:
-    bounded = finding.low is not None or finding.high is not None
-    return WrittenFinding(
-        finding.check,
-        finding.status,
-        finding.text,
-        finding.value,
-        finding.factor,
-        (finding.low, finding.high) if bounded else None,
-    )
+def finding(
+    check: str,
+    status: Status,
+    text: str,
+    value: str | None = None,
+    factor: float | None = None,
+    fitting: tuple[float | None, float | None] | None = None,
+) -> Finding:
+    """Returns a finding; what is not given it does not have."""
+    return Finding(check, status, text, value, factor, fitting)
 
 
 def judged(
@@ -148,9 +127,9 @@ def judged(
     low, high = 1.0 / (1.0 + tolerance), 1.0 + tolerance
     fits = low <= factor <= high
     status = Status.fits if fits else Status.does_not_fit
-    return Finding(check, status, texts[not fits], value, factor, low, high)
+    return Finding(check, status, texts[not fits], value, factor, (low, high))
 
 
 def untold(check: str, text: str, value: str | None = None) -> Finding:
     """Returns the finding that a record cannot tell."""
-    return Finding(check, Status.cannot_be_told, text, value)
+    return finding(check, Status.cannot_be_told, text, value)

@@ -12,7 +12,7 @@ from ..diagnosis.data.gate_ranges import OTHER_UNIT, check_command, check_positi
 from ..diagnosis.data.gate_signs import check_directions, check_ports
 from ..records import Record
 from ..rigs import Rig
-from .finding import Finding, Status, judged, untold
+from .finding import Finding, Status, finding, judged, untold
 from .motion import Motion, has_pressures
 
 # An end is reached where the rod comes nearer than this share of the stroke.
@@ -30,19 +30,19 @@ def sign_findings(record: Record, rig: Rig) -> list[Finding]:
     """Compares the directions of command and motion, and the names of the chamber pressures."""
     against = next(check_directions(record, rig), None)
     found = [
-        Finding("direction", Status.does_not_fit, against.what)
+        finding("direction", Status.does_not_fit, against.what)
         if against
-        else Finding("direction", Status.fits, "a positive command extends the rod")
+        else finding("direction", Status.fits, "a positive command extends the rod")
     ]
     if rig.plant != "ehs" or not has_pressures(record):
         return found
     remark = next(check_ports(record, rig), None)
     if remark is None:
         text = "the chamber pressures push the way the rod moves"
-        return [*found, Finding("ports", Status.fits, text)]
+        return [*found, finding("ports", Status.fits, text)]
     # Only a serious remark is certain; the other one may come of wrong areas.
     if remark.serious:
-        return [*found, Finding("ports", Status.does_not_fit, remark.what)]
+        return [*found, finding("ports", Status.does_not_fit, remark.what)]
     return [*found, untold("ports", remark.what)]
 
 
@@ -65,7 +65,7 @@ def stroke_finding(record: Record, rig: Rig, moved: Motion) -> list[Finding]:
             )
         text = f"{shown}, the rig's stroke is {1e3 * stroke:g} mm: {why}"
         longest = max(high, high - low)
-        return [Finding(check, Status.does_not_fit, text, key, longest / stroke, None, 1.0)]
+        return [finding(check, Status.does_not_fit, text, key, longest / stroke, (None, 1.0))]
     top = position > high - 1e-3 * stroke
     pressed = top & (moved.opening > PRESSED)
     if high < (1.0 - NEAR_END) * stroke and float(np.mean(pressed)) > AT_STOP:
@@ -74,10 +74,10 @@ def stroke_finding(record: Record, rig: Rig, moved: Motion) -> list[Finding]:
             f"time although the command extends it: a stop. The rig's stroke is "
             f"{1e3 * stroke:g} mm; if this is the end of the cylinder, set {key} to {high:.4g}"
         )
-        return [Finding(check, Status.does_not_fit, text, key, high / stroke, None, 1.0)]
+        return [finding(check, Status.does_not_fit, text, key, high / stroke, (None, 1.0))]
     if low < NEAR_END * stroke and high > (1.0 - NEAR_END) * stroke:
         text = f"{shown}, the whole stroke of {1e3 * stroke:g} mm"
-        return [Finding(check, Status.fits, text, key, high / stroke, None, 1.0)]
+        return [finding(check, Status.fits, text, key, high / stroke, (None, 1.0))]
     text = (
         f"{shown}, inside the stroke of {1e3 * stroke:g} mm; the ends are not reached, so a "
         "longer or slightly shorter stroke would do, too"
@@ -98,7 +98,7 @@ def command_findings(record: Record, rig: Rig, moved: Motion) -> list[Finding]:
     if beyond:
         text = f"{shown}: the full opening needs at least this command; set {key} to the data "
         text += "sheet's full command, in the unit of the column"
-        return [Finding(check, Status.does_not_fit, text, key, largest / rated, None, 1.0)]
+        return [finding(check, Status.does_not_fit, text, key, largest / rated, (None, 1.0))]
     if SPOOL in record.columns and np.ptp(record.column(SPOOL)) > 0.0:
         assert record.dt_s is not None
         smooth = moved.kernel.smooth
@@ -110,7 +110,7 @@ def command_findings(record: Record, rig: Rig, moved: Motion) -> list[Finding]:
             good = f"{shown}; the spool opens as with a rated command of {right:.4g}"
             bad = f"{good}: change {key} by the factor {1.0 / gain:.3g}, or check the spool's scale"
             return [judged(check, key, 1.0 / gain, SPOOL_TOLERANCE, (good, bad))]
-    return [Finding(check, Status.fits, shown, key)]
+    return [finding(check, Status.fits, shown, key)]
 
 
 def doubted_units(findings: Sequence[Finding]) -> list[str]:
@@ -127,7 +127,7 @@ def measured_supply(record: Record, rig: Rig) -> list[Finding]:
         return []
     key, check = "supply.pressure_pa", "supply"
     found = [
-        Finding("pressures", Status.does_not_fit, remark.what)
+        finding("pressures", Status.does_not_fit, remark.what)
         for remark in check_pressures(record, rig)
     ]
     if SUPPLY_PRESSURE not in record.columns:
@@ -139,7 +139,7 @@ def measured_supply(record: Record, rig: Rig) -> list[Finding]:
     measured, top = float(np.median(column)), float(np.quantile(column, 0.98))
     shown = f"measured at {1e-5 * measured:.4g} bar (median), the rig says {1e-5 * supply:.4g} bar"
     if measured <= supply <= top:
-        return [*found, Finding(check, Status.fits, shown, key, measured / supply)]
+        return [*found, finding(check, Status.fits, shown, key, measured / supply)]
     bad = f"{shown}: set {key} to {measured:.4g} (factor {measured / supply:.3g})"
     tolerance = 2.0 * float(np.hypot(rig.sigma(key), MANOMETER))
     return [*found, judged(check, key, measured / supply, tolerance, (shown, bad))]

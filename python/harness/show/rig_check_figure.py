@@ -37,7 +37,7 @@ def _factors(axes: Axes, check: RecordCheck) -> None:
         if finding.factor is None:
             axes.text(1.0, row, str(finding.status), color=colour, ha="center", va="center")
             continue
-        low, high = finding.low, finding.high
+        low, high = finding.fitting or (None, None)
         if high is not None:
             left = 1.0 / WIDEST if low is None else max(low, 1.0 / WIDEST)
             axes.barh(row, min(high, WIDEST) - left, left=left, height=0.5, color=PALE)

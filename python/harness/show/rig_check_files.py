@@ -8,15 +8,14 @@ from pathlib import Path
 
 from ..base.encoding import json_text
 from ..base.files import write_text
-from ..fitness import RecordCheck, rig_check_file
-from ..fitness.finding import Finding, WrittenFinding
+from ..fitness import Finding, RecordCheck, rig_check_file
 from ..rigs import Rig
 from .page import Table, Tagged
 
 KINDS = {"fits": "good", "does not fit": "bad", "cannot be told": "soft"}
 
 
-def check_table(findings: Sequence[Finding | WrittenFinding]) -> Table:
+def check_table(findings: Sequence[Finding]) -> Table:
     """Returns the outcome of each check, and the reason."""
     rows = [
         (one.check, Tagged(str(one.status), kind=KINDS[one.status]), one.text) for one in findings
