@@ -153,16 +153,6 @@ def first_line(error: BaseException) -> str:
     return (str(error).strip() or type(error).__name__).splitlines()[0].rstrip(".")
 
 
-def damaged(path: Path, kind: str, error: BaseException) -> RecordError:
-    """Returns the error for a file of the given kind that its reader refused with `error`."""
-    return RecordError(
-        path,
-        f"this is not a readable {kind} file ({first_line(error)})",
-        expected=f"{'an' if kind == 'NPZ' else 'a'} {kind} file, as its name says",
-        mend="export it again, or give it the extension of its real format",
-    )
-
-
 @contextmanager
 def damage_named(path: Path, kind: str) -> Iterator[None]:
     """Puts the error for a damaged file in place of those of the library that reads its kind."""
@@ -171,4 +161,9 @@ def damage_named(path: Path, kind: str) -> Iterator[None]:
     except (RecordError, ModuleNotFoundError, KeyboardInterrupt, SystemExit):
         raise
     except BaseException as error:  # no common exception, and panics of Rust are no Exception
-        raise damaged(path, kind, error) from None
+        raise RecordError(
+            path,
+            f"this is not a readable {kind} file ({first_line(error)})",
+            expected=f"{'an' if kind == 'NPZ' else 'a'} {kind} file, as its name says",
+            mend="export it again, or give it the extension of its real format",
+        ) from None

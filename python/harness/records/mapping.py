@@ -18,7 +18,7 @@ from .errors import nearest_name
 from .layout import ColumnMap, Layout, is_convertible, layout_of, names_in_file, usual_units
 from .logs.names import unit_in_name, unknown_unit
 from .logs.units import conversion, pint_unit, without_unit
-from .origin import Taken, toml_string
+from .origin import toml_string
 from .record import Record
 
 # Begins the reason of a column that [columns] of a rig names; one that --map names is only "named".
@@ -190,12 +190,6 @@ def units_differ(
     )
 
 
-def taken_for(record: Record, channel: str) -> Taken | None:
-    """Returns what was taken for a channel; None if the record says nothing of it."""
-    taken = () if record.origin is None else record.origin.taken
-    return next((one for one in taken if one.channel == channel and one.column), None)
-
-
 def reading_of(
     record: Record, layout: Mapping[str, ColumnMap], channel: str
 ) -> tuple[str, str | None, bool]:
@@ -203,9 +197,10 @@ def reading_of(
 
     That is whether `layout`, [columns] of a rig, named it. The unit is None for that of the schema.
     """
-    taken, mapped = taken_for(record, channel), layout.get(channel)
-    if taken is not None:
-        return taken.column, taken.unit, taken.why.startswith(NAMED_BY_RIG)
+    for taken in () if record.origin is None else record.origin.taken:
+        if taken.channel == channel and taken.column:
+            return taken.column, taken.unit, taken.why.startswith(NAMED_BY_RIG)
+    mapped = layout.get(channel)
     if mapped is not None:
         return mapped.name, mapped.unit, True
     return channel, None, False

@@ -290,20 +290,16 @@ def _folder_kind(path: Path) -> str:
 
 def _bytes(path: Path) -> tuple[bytes, str]:
     """Returns the content of a file and its SHA-256; of a folder its digest only."""
-    if "\0" in str(path):
-        raise RecordError(
-            path,
-            "the path has a zero byte",
-            expected="a record file",
-            mend="check the path",
-        )
     try:
-        if path.is_dir():
+        if "\0" in str(path):
+            problem, mend = "the path has a zero byte", "check the path"
+        elif path.is_dir():
             files = sorted(file for file in path.iterdir() if file.is_file())
             contents = [read_file(file) for file in files]
             return b"", hashlib.sha256(b"".join(contents)).hexdigest()
-        data = read_file(path)
-        return data, hashlib.sha256(data).hexdigest()
+        else:
+            data = read_file(path)
+            return data, hashlib.sha256(data).hexdigest()
     except FileNotFoundError:
         problem, mend = "there is no such file", "check the path"
     except OSError as error:

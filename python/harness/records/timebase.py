@@ -210,10 +210,12 @@ def is_short(gap: Gap, dt_s: float) -> bool:
     return gap.duration_s <= (BRIDGED_STEPS + MAX_JITTER) * dt_s
 
 
-def what_is_missing(record: Record) -> str:
-    """Returns what is missing in a record, such as "128 single rows are missing"; "" if nothing."""
-    if not record.gaps or record.dt_s is None:
-        return ""
+def pieces_in_words(record: Record) -> str:
+    """Returns one clause on the gaps of a record and the pieces that they leave.
+
+    It begins as in "128 single rows are missing".
+    """
+    assert record.dt_s is not None
     dt_s = record.dt_s
     short = [gap for gap in record.gaps if is_short(gap, dt_s)]
     long = [gap for gap in record.gaps if not is_short(gap, dt_s)]
@@ -234,7 +236,7 @@ def what_is_missing(record: Record) -> str:
             if len(long) == 1
             else f"there are {len(long)} gaps, the longest of {seconds}"
         )
-    return " and ".join(said)
+    return f"{' and '.join(said)}, so the record is in {len(record.segments)} pieces"
 
 
 def mend_of_gaps(record: Record) -> str:
@@ -246,12 +248,6 @@ def mend_of_gaps(record: Record) -> str:
             f"{round(BRIDGED_STEPS) - 1} rows"
         )
     return "find out why the logger left rows out, or give a part without a gap"
-
-
-def pieces_in_words(record: Record) -> str:
-    """Returns one clause on the gaps of a record and the pieces that they leave."""
-    pieces = len(record.segments)
-    return f"{what_is_missing(record)}, so the record is in {pieces} pieces"
 
 
 def gap_remarks(record: Record) -> tuple[str, ...]:

@@ -32,7 +32,17 @@ def write_record(record: Record, path: str | os.PathLike[str]) -> None:
         written.
     """
     path = Path(path)
-    _replace(path, record_bytes(record, path))
+    content = record_bytes(record, path)
+    try:
+        with replacing(path) as unfinished:
+            unfinished.write_bytes(content)
+    except OSError as error:
+        raise RecordError(
+            path,
+            f"the file cannot be written ({error.strerror})",
+            expected="a folder that exists and may be written to",
+            mend="create the folder, or choose another place",
+        ) from None
 
 
 def record_bytes(record: Record, path: str | os.PathLike[str]) -> bytes:
@@ -88,16 +98,3 @@ def _check_mat_names(columns: dict[str, npt.NDArray[np.float64]], path: Path) ->
                 expected="a letter, then letters, digits and underscores, 63 at most",
                 mend="rename the column, or write another format",
             )
-
-
-def _replace(path: Path, content: bytes) -> None:
-    try:
-        with replacing(path) as unfinished:
-            unfinished.write_bytes(content)
-    except OSError as error:
-        raise RecordError(
-            path,
-            f"the file cannot be written ({error.strerror})",
-            expected="a folder that exists and may be written to",
-            mend="create the folder, or choose another place",
-        ) from None

@@ -105,18 +105,13 @@ def _parts(name: str, dataset: Any, path: Path, objects: list[str], notes: list[
         return []
     unit = next((u for key in UNIT_NAMES if (u := _text(dataset.attrs.get(key)))), None)
     unpack = unpacking(dict(dataset.attrs), SEPARATOR.join(where), path, notes)
-    if dataset.dtype.names:
-        return [
-            Part(
-                (*where, field),
-                dataset.shape,
-                dataset.dtype[field],
-                partial(_values, dataset, field, unpack, path),
-            )
-            for field in dataset.dtype.names
-        ]
-    read_all = partial(_values, dataset, None, unpack, path)
-    return [Part(where, dataset.shape, dataset.dtype, read_all, unit)]
+    fields = dataset.dtype.names or ()
+    return [
+        Part((*where, one), dataset.shape, dataset.dtype[one],
+             partial(_values, dataset, one, unpack, path))
+        for one in fields
+    ] or [Part(where, dataset.shape, dataset.dtype,
+               partial(_values, dataset, None, unpack, path), unit)]  # fmt: skip
 
 
 def _content_bytes(file: Any) -> int:

@@ -55,7 +55,12 @@ def read(data: bytes, path: Path) -> Log:
         COLUMNS.check(sum(len(g.channels) for _, g in groups), path)
         raw = [number for number, group in groups if _has_raw_frames(group)]
         if raw and not any(_has_signals(g) for number, g in groups if number not in raw):
-            raise _not_decoded(path)
+            raise RecordError(
+                path,
+                "the file holds raw frames of a bus, such as CAN, and no signals",
+                expected="signals with numbers",
+                mend=DECODE,
+            )
         groups = [(number, group) for number, group in groups if number not in raw]
         series = [one for number, group in groups for one in _of_group(file, number, group, path)]
     version = str(file.version)
@@ -75,15 +80,6 @@ def _has_raw_frames(group: Any) -> bool:
 
 def _has_signals(group: Any) -> bool:
     return int(group.channel_group.cycles_nr) > 0 and len(group.channels) > 1
-
-
-def _not_decoded(path: Path) -> RecordError:
-    return RecordError(
-        path,
-        "the file holds raw frames of a bus, such as CAN, and no signals",
-        expected="signals with numbers",
-        mend=DECODE,
-    )
 
 
 def _of_group(file: Any, number: int, group: Any, path: Path) -> list[Series]:

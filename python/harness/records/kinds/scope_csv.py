@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -17,7 +16,7 @@ from ...base.arrays import FloatArray
 from ..errors import RecordError
 from ..logs import text_table as plain
 from ..logs.dialect import Dialect, cells_of
-from ..logs.log import Kind, Log, Read, Series
+from ..logs.log import Kind, Log, Series
 
 # The keys with names and units, and those that tell a row of keys from a row of values.
 NAME, UNIT = "Name", "Unit"
@@ -112,7 +111,9 @@ def _channels(
         clock = by_column.get(start)
         if clock is None:
             continue
-        time = _time(clock)
+        time_s = clock.read() * 1e-3
+        there = np.flatnonzero(np.isfinite(time_s))
+        time_s = time_s[: there[-1] + 1 if there.size else 0]
         end = starts[number + 1] if number + 1 < len(starts) else len(keys[NAME])
         for i in range(start + 1, end):
             cell = {key: cells[i] for key, cells in keys.items() if i < len(cells)}
@@ -122,7 +123,7 @@ def _channels(
                 continue
             if any(cell.get(key, usual) != usual for key, usual in SCALES.items()):
                 scaled.append(cell[NAME])
-            made.append(_cut(series, _unit(cell.get(UNIT, "")), time, number))
+            made.append(_cut(series, _unit(cell.get(UNIT, "")), time_s, number))
     if scaled:
         notes.append(
             f"{', '.join(scaled)}: the values are taken as already scaled; Scope states a factor "
@@ -131,30 +132,11 @@ def _channels(
     return tuple(made)
 
 
-def _time(clock: Series) -> Read:
-    @cache
-    def time() -> FloatArray:
-        return clock.read() * 1e-3
-
-    return time
-
-
-def _cut(series: Series, unit: str | None, time: Read, group: int) -> Series:
+def _cut(series: Series, unit: str | None, time_s: FloatArray, group: int) -> Series:
     """Returns a channel without the rows behind the end of its group, where it has no time."""
-
-    @cache
-    def count() -> int:
-        there = np.flatnonzero(np.isfinite(time()))
-        return int(there[-1]) + 1 if there.size else 0
-
-    return replace(
-        series,
-        size=count(),
-        read=lambda: series.read()[: count()],
-        time=lambda: time()[: count()],
-        unit=unit,
-        group=str(group),
-    )
+    size = time_s.size
+    cut = replace(series, size=size, read=lambda: series.read()[:size], time=lambda: time_s)
+    return replace(cut, unit=unit, group=str(group))
 
 
 def _unit(cell: str) -> str | None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
-from functools import cache, partial
+from functools import cache
 from io import BytesIO
 from pathlib import Path
 from typing import Any
@@ -126,7 +126,8 @@ def _series(channel: Any, repeated: bool, later_s: float, file: Any, path: Path)
     if step is not None:
         start = channel.properties.get("wf_start_offset", 0.0)
         offset = float(start) if isinstance(start, int | float) and np.isfinite(start) else 0.0
-        time = cache(partial(_even, later_s + offset, step, len(channel)))
+        start_s, count = later_s + offset, len(channel)
+        time = cache(lambda: start_s + step * np.arange(count, dtype=np.float64))
     unit = channel.properties.get("unit_string") or channel.properties.get("NI_UnitDescription")
     return Series(
         name,
@@ -137,10 +138,6 @@ def _series(channel: Any, repeated: bool, later_s: float, file: Any, path: Path)
         time=time,
         is_time=is_time,
     )
-
-
-def _even(start: float, step: float, count: int) -> FloatArray:
-    return start + step * np.arange(count, dtype=np.float64)
 
 
 KIND = Kind(read, ("tdms",), rb"TDSm", unbounded=True)

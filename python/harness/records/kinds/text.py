@@ -176,44 +176,31 @@ class CsvTable(Table):
 
 def _why_no_text(data: bytes, path: Path) -> RecordError | None:
     """Returns the error for bytes that are no UTF-8 text; None for any others."""
+    place: int | None = None
     if not data.strip():
-        return RecordError(path, "the file is empty", expected=EXPECTED_CSV, mend="export it again")
-    if data.startswith(GZIP_MAGIC):
-        return RecordError(
-            path,
-            "the file is compressed with gzip but its name does not say so",
-            expected=EXPECTED_CSV,
-            mend="rename it to end in .csv.gz",
-        )
-    if data.startswith(UTF16_BOMS):
-        return RecordError(
-            path,
-            "the text is UTF-16",
-            expected=EXPECTED_CSV,
-            mend="save it as 'CSV UTF-8' in the program that wrote it",
-        )
-    if b"\x00" in data:
-        row = data.count(b"\n", 0, data.index(b"\x00")) + 1
-        return RecordError(
-            path,
-            "the file holds zero bytes: it is binary, or UTF-16 text",
-            row=row,
-            expected=EXPECTED_CSV,
-            mend="export it as CSV in UTF-8, or give it the extension of its real format",
-        )
-    try:
-        data.decode("utf-8")
-    except UnicodeDecodeError as error:
-        row = data.count(b"\n", 0, error.start) + 1
-        return RecordError(
-            path,
-            f"byte 0x{data[error.start]:02x} is not UTF-8 text "
-            "(Latin-1 or Windows-1252 text, or a binary file)",
-            row=row,
-            expected=EXPECTED_CSV,
-            mend="save it as UTF-8, or keep to plain ASCII letters",
-        )
-    return None
+        problem, mend = "the file is empty", "export it again"
+    elif data.startswith(GZIP_MAGIC):
+        problem = "the file is compressed with gzip but its name does not say so"
+        mend = "rename it to end in .csv.gz"
+    elif data.startswith(UTF16_BOMS):
+        problem = "the text is UTF-16"
+        mend = "save it as 'CSV UTF-8' in the program that wrote it"
+    elif b"\x00" in data:
+        place = data.index(b"\x00")
+        problem = "the file holds zero bytes: it is binary, or UTF-16 text"
+        mend = "export it as CSV in UTF-8, or give it the extension of its real format"
+    else:
+        try:
+            data.decode("utf-8")
+        except UnicodeDecodeError as error:
+            place = error.start
+            problem = f"byte 0x{data[place]:02x} is not UTF-8 text "
+            problem += "(Latin-1 or Windows-1252 text, or a binary file)"
+            mend = "save it as UTF-8, or keep to plain ASCII letters"
+        else:
+            return None
+    row = None if place is None else data.count(b"\n", 0, place) + 1
+    return RecordError(path, problem, row=row, expected=EXPECTED_CSV, mend=mend)
 
 
 def _split_header(text: bytes, path: Path) -> tuple[list[str], bytes]:

@@ -7,7 +7,7 @@ Clocks that are put forward or back, and counters that begin anew, are made to r
 from __future__ import annotations
 
 import re
-from collections.abc import Collection, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -85,18 +85,15 @@ class Clocks:
         return self._found[key]
 
     def columns(self) -> set[str]:
-        """Returns the names of the columns that are the time of any series of the log."""
-        found = (self.of(one) for one in self._log.series if one.time is None)
-        return {clock.taken.column for clock in found if clock is not None}
-
-    def say_unused(self, used: Collection[str]) -> None:
-        """Remarks on the columns of dates beside those that are the time of the record."""
-        if used:
-            self.remarks += [
-                f"'{one.name}' is left out: the time is '{min(used)}'"
-                for one in self._log.series
-                if one.is_time and not any(one.name in name for name in used)
-            ]
+        """Returns the columns that are the time of any series; remarks on other dates."""
+        clocks = (self.of(one) for one in self._log.series if one.time is None)
+        used = {clock.taken.column for clock in clocks if clock is not None}
+        self.remarks += [
+            f"'{one.name}' is left out: the time is '{min(used)}'"
+            for one in self._log.series
+            if used and one.is_time and not any(one.name in name for name in used)
+        ]
+        return used
 
     def _find(self, series: Series) -> Clock | None:
         group = [

@@ -309,14 +309,11 @@ def _stated_step(lines: Sequence[str]) -> float | None:
     """Returns the sampling time that a header block states, in seconds."""
     for line in lines:
         text = re.sub(r"[;,\t\"]+", " ", line).strip()
-        match = _STEP_NAME.search(text)
-        if match and (step := _positive(match[1])):
+        if (match := _STEP_NAME.search(text)) and (step := _positive(match[1])):
             return step * (1e-3 if match[2] and match[2].lower() == "ms" else 1.0)
-        match = _RATE.search(line)
-        if match and (rate := _positive(match[1])):
+        if (match := _RATE.search(line)) and (rate := _positive(match[1])):
             return 1.0 / (rate * (1e3 if match[2] else 1.0))
-        match = _RATE_NAME.search(text)
-        if match and (rate := _positive(match[1])):
+        if (match := _RATE_NAME.search(text)) and (rate := _positive(match[1])):
             return 1.0 / rate
     return None
 

@@ -26,7 +26,7 @@ from .uniform import (
     Grid,
     Rows,
     Timed,
-    beyond_repair,
+    check_bridged,
     missing_rows,
     repaired,
     rounded,
@@ -53,9 +53,7 @@ def record_of(log: Log, path: Path, request: Request, *, name: str, sha256: str 
     choices = matching.choose(wanted, set(required) - {TIME})
     clocks = Clocks(log, path, request)
     if request.columns is None:
-        times = clocks.columns()
-        clocks.say_unused(times)
-        choices += matching.rest(choices, times)
+        choices += matching.rest(choices, clocks.columns())
     if not choices:
         raise RecordError(
             path,
@@ -224,9 +222,7 @@ class _Maker:
         bridged = int(rows.sum())
         if bridged:
             points = rows.size + 1 + bridged
-            error = beyond_repair(self._path, bridged, points, step)
-            if error is not None:
-                raise error
+            check_bridged(self._path, bridged, points, step)
             signals = with_rows(signals, rows)
             held = [name for name, one in signals.items() if one.held]
             self._say_bridged(bridged, points, held)
@@ -269,9 +265,7 @@ class _Maker:
             made[name], count = grid.sample(signals[name])
             bridged = max(bridged, count)
             valid &= np.isfinite(made[name])
-        error = beyond_repair(self._path, bridged, grid.time_s.size, dt_s)
-        if error is not None:
-            raise error
+        check_bridged(self._path, bridged, grid.time_s.size, dt_s)
         if np.count_nonzero(valid) < MIN_VALUES:
             raise RecordError(
                 self._path,

@@ -253,14 +253,14 @@ def _held_mean(part: Timed, points: FloatArray, dt_s: float, step: float) -> Flo
     return np.asarray(offset + gained / length, dtype=np.float64)
 
 
-def beyond_repair(path: Path, bridged: int, points: int, dt_s: float) -> RecordError | None:
-    """Returns the error for a record most of whose new samples would be made up; else None."""
-    if bridged <= MOST_BRIDGED * points:
-        return None
-    return RecordError(
-        path,
-        f"time is too irregular: of {points} samples every {dt_s:.4g} s, {bridged} would lie in "
-        "holes between rows",
-        expected="rows at a nearly even rate",
-        mend=f"resample to a longer step, such as --dt {4.0 * dt_s:.2g}, or log at a fixed rate",
-    )
+def check_bridged(path: Path, bridged: int, points: int, dt_s: float) -> None:
+    """Refuses a record too many of whose new samples would be made up."""
+    if bridged > MOST_BRIDGED * points:
+        raise RecordError(
+            path,
+            f"time is too irregular: of {points} samples every {dt_s:.4g} s, {bridged} would lie "
+            "in holes between rows",
+            expected="rows at a nearly even rate",
+            mend=f"resample to a longer step, such as --dt {4.0 * dt_s:.2g}, or log at a fixed "
+            "rate",
+        )
