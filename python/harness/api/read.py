@@ -10,8 +10,8 @@ from dataclasses import replace
 from .. import records
 from ..catalogue.channels import TIME
 from ..records import NO_HINTS, Hints, read_record
+from ..records.in_memory import record_of_columns
 from ..records.mapping import parse_maps
-from ..records.reading import record_of_columns
 from .frames import Columns, columns_of
 from .record import Record
 from .wording import in_python, log_reading

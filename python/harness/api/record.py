@@ -12,9 +12,8 @@ from .. import records
 from ..base.arrays import FloatArray
 from ..base.files import result_files
 from ..catalogue.channels import CHANNELS
-from ..records.formats import format_of
 from ..records.origin import unit_of
-from ..records.writing import record_bytes
+from ..records.writing import format_of, record_bytes
 from ..show.page import Table, Told
 from ..show.reading_section import reading_blocks
 from .frames import Tabular

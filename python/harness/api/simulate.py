@@ -16,8 +16,7 @@ from ..base.arrays import FloatArray
 from ..base.files import result_files
 from ..catalogue.channels import COMMAND, REQUIRED_COLUMNS
 from ..records import read_record
-from ..records.formats import format_of
-from ..records.writing import record_bytes
+from ..records.writing import format_of, record_bytes
 from ..show.model_blocks import run_table
 from ..show.page import Told
 from ..signals import simulation

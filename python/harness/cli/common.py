@@ -40,7 +40,7 @@ def check_ending(out: Path) -> None:
     ValueError
         it has another ending, or none.
     """
-    from ..records.formats import FORMATS, format_of
+    from ..records.writing import FORMATS, format_of
 
     try:
         format_of(out)

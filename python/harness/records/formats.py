@@ -7,21 +7,17 @@ Each module of `kinds` registers one with its `KIND`.
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
 from importlib import import_module
 from pathlib import Path
 from pkgutil import iter_modules
-from typing import Literal, NamedTuple
+from typing import NamedTuple
 
 from ..base.error_words import install_line
 from . import kinds
 from .errors import RecordError
 from .logs.log import Kind, Log, Table
+from .writing import FORMATS, unknown_ending
 
-Format = Literal["csv", "csv.gz", "parquet", "mat", "npz"]
-
-# Those that are written. "csv.gz" is one of its own: "rec.csv.gz" matches no other ending.
-FORMATS: tuple[Format, ...] = ("csv.gz", "csv", "parquet", "mat", "npz")
 KINDS: tuple[Kind, ...] = tuple(
     import_module(f"{kinds.__name__}.{one.name}").KIND for one in iter_modules(kinds.__path__)
 )
@@ -160,20 +156,6 @@ def _told_by_head(data: bytes) -> Kind | None:
     return next((kind for kind in KINDS if kind.head and re.match(kind.head, data)), None)
 
 
-def format_of(path: Path) -> Format:
-    """Returns the format that belongs to the ending of the name, in upper or lower case.
-
-    Raises
-    ------
-    RecordError
-        the ending is unknown.
-    """
-    for ending in FORMATS:
-        if path.name.lower().endswith("." + ending):
-            return ending
-    raise _unknown_ending(path, sorted(FORMATS))
-
-
 def ending_of(path: Path) -> str:
     """Returns the ending of a file that can be read as a record or a log, in lower case.
 
@@ -189,22 +171,10 @@ def ending_of(path: Path) -> str:
         raise known
     kind = _told_by_head(_first_bytes(path))
     if kind is None:
-        raise _unknown_ending(path, sorted(ENDINGS))
+        raise unknown_ending(path, sorted(ENDINGS))
     endings = kind.endings or FORMATS[1:2]
     mend = f"rename it to end in .{endings[0]}, because its first bytes are those of such a file"
-    raise _unknown_ending(path, endings, mend)
-
-
-def _unknown_ending(
-    path: Path,
-    endings: Sequence[str],
-    mend: str = "export or convert the record to one of these formats",
-) -> RecordError:
-    problem = (
-        f"the extension '{path.suffix}' is not known" if path.suffix else "it has no extension"
-    )
-    listed = ", ".join("." + ending for ending in endings)
-    return RecordError(path, problem, expected=f"one of {listed}", mend=mend)
+    raise unknown_ending(path, endings, mend)
 
 
 def records_in(folder: Path) -> list[Path]:

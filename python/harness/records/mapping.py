@@ -16,8 +16,6 @@ from types import MappingProxyType
 from ..catalogue.channels import CHANNELS, TIME
 from .errors import nearest_name
 from .layout import ColumnMap, Layout, is_convertible, layout_of, names_in_file, usual_units
-from .logs.names import unit_in_name, unknown_unit
-from .logs.units import conversion, pint_unit, without_unit
 from .origin import toml_string
 from .record import Record
 
@@ -80,6 +78,8 @@ class Request:
 
     def _log_has_unit(self, names: Mapping[str, str], layout: Layout, channel: str) -> bool:
         """Whether a column without a unit in the layout has one in its name, not the schema's."""
+        from .logs.names import unit_in_name, unknown_unit
+
         if layout[channel].unit is not None or channel not in self.requested(names):
             return False
         name = layout[channel].name
@@ -119,6 +119,8 @@ def parse_maps(texts: Iterable[str], option: str = "--map") -> dict[str, ColumnM
         a text has another form, an unknown channel or a unit of another kind, or a channel comes
         twice; the message begins with `option`.
     """
+    from .logs.units import pint_unit
+
     maps: dict[str, ColumnMap] = {}
     for text in texts:
         channel, equals, column = (part.strip() for part in text.partition("="))
@@ -178,6 +180,9 @@ def units_differ(
 
     `stated` is the unit that the log has outside of the name of the column.
     """
+    from .logs.names import unit_in_name
+    from .logs.units import conversion, pint_unit
+
     said = pint_unit(stated, channel) if stated and stated.strip() else None
     said = said or unit_in_name(column, channel)
     if unit is None or said is None or conversion(said, channel) == conversion(unit, channel):
@@ -232,4 +237,6 @@ def how_to_exchange(
 
 
 def _map_option_of(channel: str, column: str, unit: str | None) -> str:
+    from .logs.units import without_unit
+
     return map_option(channel, without_unit(column, channel), unit)

@@ -1,5 +1,8 @@
 # SPDX-License-Identifier: MIT
-"""Reads a record from a file, or of columns in memory by the rules for files."""
+"""Reads a record from a file.
+
+What finds the kind of a file and reads logs is imported only when a file is opened.
+"""
 
 from __future__ import annotations
 
@@ -11,16 +14,11 @@ from contextlib import contextmanager, nullcontext
 from dataclasses import replace
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any
+from typing import TYPE_CHECKING
 
-import numpy as np
-import numpy.typing as npt
-
-from ..base.arrays import masked_count
 from ..catalogue.channels import CHANNELS, COMMAND, POSITION, REQUIRED_COLUMNS, TIME
 from .checks import check_columns, has_sentinels, without_useless
 from .errors import RecordError
-from .formats import ending_of, kind_of, opened
 from .layout import (
     ColumnMap,
     Layout,
@@ -31,13 +29,13 @@ from .layout import (
     names_in_file,
 )
 from .limits import bounded_memory, decompress, read_file
-from .logs.log import Log, Part, Table, series_of
-from .logs.names import means, unit_in_name
-from .logs.reading import even_record, record_of
 from .mapping import NO_HINTS, Hints, Request, units_differ
 from .origin import Origin, without_numbers
-from .record import Record, digest, make_record
+from .record import Record, make_record
 from .timebase import TimeError, gap_remarks
+
+if TYPE_CHECKING:
+    from .logs.log import Log, Table
 
 AS_THE_SCHEMA: Layout = MappingProxyType({})
 # Longer sampling times are none of a servo; such a column of time is often in milliseconds.
@@ -95,38 +93,7 @@ def read_record(
     check_layout(layout, path)
     request = Request(columns, tuple(required), layout, hints)
     with _opened(path) as (file, name, sha256):
-        return _record_in(file, path, request, name=name, sha256=sha256)
-
-
-def record_of_columns(
-    columns: Mapping[str, npt.ArrayLike], *, hints: Hints = NO_HINTS, name: str = "record"
-) -> Record:
-    """Returns the record that a file with these columns would give.
-
-    Parameters
-    ----------
-    columns
-        one-dimensional values of equal length by column name. Columns with the names of the schema
-        are in its units. Dates are allowed where they are the time.
-    hints
-        names, units and sampling time that the user states, as for `read_record`.
-    name
-        of the record, also in messages.
-
-    Returns
-    -------
-    The record, without a file as its source; `sha256` is the digest of the columns.
-
-    Raises
-    ------
-    RecordError
-        a column has a problem; the message says where it is and how to mend it.
-    """
-    given = {str(key): _array(values, str(key), name) for key, values in columns.items()}
-    _check(given, name)
-    request = Request(None, (), {}, hints)
-    record = _record_in(_Columns(given, name), Path(name), request, name=name, sha256=None)
-    return replace(record, source=None, sha256=digest(given.items()))
+        return record_in(file, path, request, name=name, sha256=sha256)
 
 
 def open_unread(path: Path) -> Log:
@@ -137,11 +104,13 @@ def open_unread(path: Path) -> Log:
     RecordError
         the file cannot be read.
     """
+    from .logs.log import Log
+
     with _opened(path) as (file, _, _):
         return file if isinstance(file, Log) else file.log()
 
 
-def _record_in(
+def record_in(
     file: Log | Table, path: Path, request: Request, *, name: str, sha256: str | None
 ) -> Record:
     """Returns the record in a file that is open: its table as it is, if it can be, or its log.
@@ -151,6 +120,9 @@ def _record_in(
     RecordError
         as `read_record`.
     """
+    from .logs.log import Table
+    from .logs.reading import record_of
+
     no_signal: RecordError | None = None
     if isinstance(file, Table):
         try:
@@ -181,6 +153,8 @@ def _is_other_log(file_names: Sequence[str]) -> bool:
     """
     if TIME in file_names and POSITION in file_names:
         return False
+    from .logs.names import means, unit_in_name
+
     named = TIME not in file_names and any(means(name, TIME) for name in file_names)
     return named or (
         POSITION not in file_names
@@ -239,6 +213,8 @@ def _as_it_is(
             *gap_remarks(record),
         )
     except TimeError as error:
+        from .logs.reading import even_record
+
         record, remarks = even_record(
             columns, error, path=path, name=name, sha256=sha256, first_row=table.first_row
         )
@@ -259,6 +235,8 @@ def _slow_remarks(record: Record) -> tuple[str, ...]:
 @contextmanager
 def _opened(path: Path) -> Iterator[tuple[Log | Table, str, str]]:
     """Opens a file for as long as the block lasts; gives its name and its SHA-256 digest, too."""
+    from .formats import ending_of, kind_of, opened
+
     ending = _folder_kind(path) if path.is_dir() else ending_of(path)
     # Without its ending: "run.csv.gz" gives "run".
     name = path.name if path.is_dir() else path.name[: -len(ending) - 1]
@@ -305,64 +283,3 @@ def _bytes(path: Path) -> tuple[bytes, str]:
     except OSError as error:
         problem, mend = f"the file cannot be read ({error.strerror})", "check its permissions"
     raise RecordError(path, problem, expected="a record file", mend=mend)
-
-
-class _Columns(Table):
-    """Arrays of equal length by name."""
-
-    ending = "columns in memory"
-    is_flat = True
-
-    def __init__(self, arrays: Mapping[str, npt.NDArray[Any]], name: str) -> None:
-        self._arrays = arrays
-        self._name = name
-
-    def names(self) -> list[str] | None:
-        dated = any(values.dtype.kind in "mM" for values in self._arrays.values())
-        return None if dated else list(self._arrays)
-
-    def text_names(self) -> list[str]:
-        return [key for key, values in self._arrays.items() if values.dtype.kind not in "fiubmM"]
-
-    def read(self, wanted: Sequence[str]) -> dict[str, npt.NDArray[Any]]:
-        return {name: self._arrays[name] for name in wanted}
-
-    def log(self) -> Log:
-        texts = self.text_names()
-        for key in texts:
-            if key in CHANNELS:
-                raise RecordError(
-                    self._name,
-                    f"the values are of type {self._arrays[key].dtype.name}",
-                    column=key,
-                    expected="real numbers",
-                    mend="convert the column to numbers",
-                )
-        parts = [Part.of((key,), values) for key, values in self._arrays.items()]
-        return Log(self.ending, series_of(parts, Path(self._name)), texts=tuple(texts))
-
-
-def _array(values: npt.ArrayLike, column: str, name: str) -> npt.NDArray[Any]:
-    if isinstance(values, np.ndarray):  # a masked array stays one, so that its mask is seen
-        return values
-    try:
-        return np.asarray(values)
-    except ValueError:  # lists of unequal lengths in a list
-        raise RecordError(
-            name,
-            "the values are not one column",
-            column=column,
-            expected="a vector, one value a sample",
-            mend="give each signal under its own name",
-        ) from None
-
-
-def _check(columns: Mapping[str, npt.NDArray[Any]], name: str) -> None:
-    if not columns:
-        check_columns({}, file=name, first_row=1)
-    for key, values in columns.items():
-        if masked_count(values):
-            check_columns({key: values}, file=name, first_row=1)
-        if values.shape[:1] != next(iter(columns.values())).shape[:1]:
-            numbers = {one: np.zeros(array.shape) for one, array in columns.items()}
-            check_columns(numbers, file=name, first_row=1)

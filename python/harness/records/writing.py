@@ -5,9 +5,10 @@ from __future__ import annotations
 
 import gzip
 import os
+from collections.abc import Sequence
 from io import BytesIO
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 import numpy.typing as npt
@@ -15,8 +16,12 @@ import numpy.typing as npt
 from ..base.files import replacing
 from ..catalogue.channels import TIME
 from .errors import RecordError
-from .formats import Format, format_of
 from .record import Record
+
+Format = Literal["csv", "csv.gz", "parquet", "mat", "npz"]
+
+# Those that are written. "csv.gz" is one of its own: "rec.csv.gz" matches no other ending.
+FORMATS: tuple[Format, ...] = ("csv.gz", "csv", "parquet", "mat", "npz")
 
 
 def write_record(record: Record, path: str | os.PathLike[str]) -> None:
@@ -98,3 +103,30 @@ def _check_mat_names(columns: dict[str, npt.NDArray[np.float64]], path: Path) ->
                 expected="a letter, then letters, digits and underscores, 63 at most",
                 mend="rename the column, or write another format",
             )
+
+
+def format_of(path: Path) -> Format:
+    """Returns the format that belongs to the ending of the name, in upper or lower case.
+
+    Raises
+    ------
+    RecordError
+        the ending is unknown.
+    """
+    for ending in FORMATS:
+        if path.name.lower().endswith("." + ending):
+            return ending
+    raise unknown_ending(path, sorted(FORMATS))
+
+
+def unknown_ending(
+    path: Path,
+    endings: Sequence[str],
+    mend: str = "export or convert the record to one of these formats",
+) -> RecordError:
+    """Returns the error for a name with an ending that is none of those listed."""
+    problem = (
+        f"the extension '{path.suffix}' is not known" if path.suffix else "it has no extension"
+    )
+    listed = ", ".join("." + ending for ending in endings)
+    return RecordError(path, problem, expected=f"one of {listed}", mend=mend)

@@ -29,9 +29,8 @@ from ...base.files import temporary_folder
 from ...catalogue.channels import TIME
 from ..errors import RecordError, damage_named, first_line
 from ..limits import BYTES, COLUMNS, SAMPLES
-from ..logs.clock import SECONDS
 from ..logs.log import Kind, Log, Part, Series, Table, as_float, series_of
-from ..logs.units import pint_unit
+from ..logs.units import SECONDS, pint_unit
 from ..mat_elements import check_elements
 
 MAX_DEPTH = 8

@@ -23,10 +23,8 @@ from ..timebase import BRIDGED_STEPS, GAP_FACTOR
 from .log import Log, Series
 from .names import doubt_of_unit, is_counter, means, parts_of, says, unit_in_name
 from .uniform import Rows
-from .units import conversion, is_other_unit, pint_unit, split_unit
+from .units import SECONDS, conversion, is_other_unit, pint_unit, split_unit
 
-# Seconds of a unit of time.
-SECONDS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9, "min": 60.0, "h": 3600.0, "day": 86400.0}
 # Steps of servo records in seconds, with some room.
 LEAST_STEP_S, MOST_STEP_S = 2e-5, 0.25
 # Counts since 1970, from 2001 to 2096, by unit.

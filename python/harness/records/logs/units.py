@@ -89,6 +89,8 @@ _BRACKETS = re.compile(
     r"^(?P<name>.*?)\s*(?:\[(?P<a>[^\[\]]*)\]|\((?P<b>[^()]*(?:\([^()]*\))?)\))\s*$"
 )
 _SLASH = re.compile(r"^(?P<name>.+?)\s*(?:\s/\s|\sin\s|,\s)\s*(?P<unit>\S{1,8})\s*$")
+# Seconds of a unit of time.
+SECONDS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9, "min": 60.0, "h": 3600.0, "day": 86400.0}
 # Units of a command that no rule converts into volts: the number is kept.
 _OF_COMMANDS = frozenset({"mA", "A", "percent", "0.1 percent", "1"})
 
