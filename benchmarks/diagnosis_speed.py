@@ -4,7 +4,7 @@
 Runs `ehsid gap` as a user does, on cases of the independent generator, and writes
 docs/gap/speed.md. `--compare FOLDER` names a folder with the package `ehsid` of an earlier version;
 it diagnoses the same records in turn with this one, so that both see the same machine. Needs Linux
-and the extra `check`.
+and the extra `lab`.
 """
 
 from __future__ import annotations

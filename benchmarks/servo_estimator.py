@@ -7,7 +7,7 @@ Servos of `servo_machines.py` with the seeds FIRST to LAST, six runs of each, fl
 least squares, the same with the integrator known, and instrumental variables with it: signals
 scaled by their standard deviation, theta read by identify_servo, which is trusted where
 `converged`. Every run is judged at 120 times, the seconds on a grid of 20 ms. Prints the table of
-docs/which_estimator.md and writes its figures. Needs the extra `check`.
+docs/which_estimator.md and writes its figures. Needs the extra `lab`.
 """
 
 from __future__ import annotations

@@ -4,7 +4,7 @@
 Half of them are linear, Eq. (5). The others have some of: flow by the square root of the pressure
 drop, a dead band of 3 % of 10 V, Coulomb friction of 10 % of the largest force, less flow in one
 direction, a constant load. Commands are PRBS, random steps, a multisine (open loop), and a P loop
-with steps or with one sine that it can follow. Needs numba, which the extra `check` brings.
+with steps or with one sine that it can follow. Needs numba, which the extra `lab` brings.
 """
 
 from __future__ import annotations

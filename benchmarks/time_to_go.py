@@ -3,7 +3,7 @@
 
 Diagnoses records of the independent generator, of different lengths, motions, sensors and causes,
 each on one core, and compares the time to go that was shown with the time that it took, from 20 %
-of the time on. Needs the extra `check`.
+of the time on. Needs the extra `lab`.
 """
 
 from __future__ import annotations

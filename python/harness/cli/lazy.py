@@ -29,7 +29,7 @@ from .verbosity import LOGGER, with_verbosity
 class Verb:
     """Entry of the overview for a command whose module is not imported yet.
 
-    The command `gap-check` is the function `gap_check_command` of `ehsid.lab.cli.gap_check`,
+    The command `gap-fleet` is the function `gap_fleet_command` of `ehsid.harness.cli.gap_fleet`,
     and `rig new` is `rig_new_command` of `ehsid.harness.cli.rig_new`.
 
     Attributes
@@ -61,15 +61,19 @@ class Verb:
         return self.name.replace("-", "_").replace(" ", "_")
 
     @property
+    def module(self) -> str:
+        """Full name of its module."""
+        return f"{self.package}.{self.stem}"
+
+    @property
     def last_name(self) -> str:
         """Name inside its group."""
         return self.name.split()[-1]
 
     def function(self) -> Callable[..., Any]:
         """Imports the module and returns the function of the command."""
-        stem = self.stem
-        module = importlib.import_module(f"{self.package}.{stem}")
-        function: Callable[..., Any] = getattr(module, f"{stem}_command")
+        module = importlib.import_module(self.module)
+        function: Callable[..., Any] = getattr(module, f"{self.stem}_command")
         return function
 
     def load(self) -> Any:

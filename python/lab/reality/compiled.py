@@ -8,7 +8,7 @@ from typing import TypeVar, cast
 
 try:
     import numba
-except ImportError as error:  # an optional dependency: see pyproject.toml, extra "check"
+except ImportError as error:  # an optional dependency: see pyproject.toml, extra "lab"
     raise ImportError(
         "the generator of blind records needs numba: python -m pip install 'ehsid[lab]'"
     ) from error

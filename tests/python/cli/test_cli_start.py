@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import importlib
+import importlib.util
 import inspect
 import json
 import subprocess
@@ -55,7 +56,7 @@ def imported_by(*arguments: str) -> set[str]:
 
 @pytest.mark.parametrize("verb", VERBS, ids=lambda verb: verb.name)
 def test_the_overview_has_the_first_line_of_the_docstring(verb: Verb) -> None:
-    module = importlib.import_module(f"ehsid.harness.cli.{verb.stem}")
+    module = importlib.import_module(verb.module)
     told = inspect.getdoc(getattr(module, f"{verb.stem}_command"))
     assert told is not None
     assert verb.summary == told.splitlines()[0]
@@ -64,8 +65,8 @@ def test_the_overview_has_the_first_line_of_the_docstring(verb: Verb) -> None:
 def test_no_module_of_a_verb_takes_the_place_of_something_else() -> None:
     package = importlib.import_module("ehsid.harness.cli")
     for verb in VERBS:
-        module = importlib.import_module(f"ehsid.harness.cli.{verb.stem}")
-        assert getattr(package, verb.stem) is module
+        module = importlib.import_module(verb.module)
+        assert getattr(importlib.import_module(verb.package), verb.stem) is module
     for name in ("cli", "main", "VERBS", "GROUPS"):
         assert not inspect.ismodule(getattr(package, name)), name
 
@@ -94,13 +95,13 @@ def test_an_unknown_verb_of_a_group_is_told_with_the_nearest() -> None:
 def test_the_overview_imports_no_verb_and_no_library(arguments: list[str]) -> None:
     modules = imported_by(*arguments)
     assert not modules & (HEAVY | {"numpy"})
-    assert not modules & {f"ehsid.harness.cli.{verb.stem}" for verb in VERBS}
+    assert not modules & {verb.module for verb in VERBS}
 
 
 @pytest.mark.parametrize("verb", VERBS, ids=lambda verb: verb.name)
 def test_the_help_of_a_verb_imports_no_library(verb: Verb) -> None:
     modules = imported_by(*verb.name.split(), "--help")
-    assert f"ehsid.harness.cli.{verb.stem}" in modules
+    assert verb.module in modules
     assert not modules & HEAVY
 
 
@@ -141,14 +142,29 @@ def test_an_unknown_verb_is_told_with_the_nearest() -> None:
     assert "there is no command 'identfy'; did you mean 'identify'?" in outcome.output
 
 
+@pytest.mark.parametrize("verb", [verb for verb in VERBS if verb.needs], ids=lambda verb: verb.name)
+def test_a_verb_that_lacks_what_it_needs_says_which_extra_has_it(
+    verb: Verb, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    found = importlib.util.find_spec
+    monkeypatch.setattr(
+        "importlib.util.find_spec", lambda name: None if name == verb.needs else found(name)
+    )
+    outcome = CliRunner().invoke(cli, [verb.name])
+    assert outcome.exit_code == 2
+    assert f"'ehsid {verb.name}' needs the package '{verb.needs}'" in outcome.stderr
+    assert f"-m pip install 'ehsid[{verb.extra}]'" in outcome.stderr
+    assert CliRunner().invoke(cli, [verb.name, "--help"]).exit_code == 0
+
+
 def raised_in(verb: str, error: BaseException, monkeypatch: pytest.MonkeyPatch) -> Result:
     """Run a command whose function raises this error."""
 
     def fails() -> None:
         raise error
 
-    stem = Verb(verb, "").stem
-    monkeypatch.setattr(f"ehsid.harness.cli.{stem}.{stem}_command", fails)
+    (of,) = (one for one in VERBS if one.name == verb)
+    monkeypatch.setattr(f"{of.module}.{of.stem}_command", fails)
     return CliRunner().invoke(cli, verb.split())
 
 

@@ -186,7 +186,7 @@ def test_without_numba_the_extra_is_named(tmp_path: Path, monkeypatch: pytest.Mo
     monkeypatch.setitem(sys.modules, "numba", None)
     outcome = run("--out", str(tmp_path / "check"), *TINY)
     assert outcome.exit_code == 2
-    assert "pip install 'ehsid[check]'" in words(outcome.stderr)
+    assert "pip install 'ehsid[lab]'" in words(outcome.stderr)
     assert list(tmp_path.iterdir()) == []
 
 

@@ -3,32 +3,15 @@
 
 from __future__ import annotations
 
-import importlib.util
 import socket
 import subprocess
 import sys
 from pathlib import Path
-from typing import Any
 
 import pytest
 from typer.testing import CliRunner
 
 from ehsid.harness.cli import cli
-
-
-def test_without_panel_it_says_what_to_install(
-    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
-) -> None:
-    found = importlib.util.find_spec
-
-    def without(name: str, *rest: Any) -> Any:
-        return None if name == "panel" else found(name, *rest)
-
-    monkeypatch.setattr("importlib.util.find_spec", without)
-    outcome = CliRunner().invoke(cli, ["app", str(tmp_path / "machines")])
-    assert outcome.exit_code == 2
-    assert "pip install 'ehsid[app]'" in outcome.output
-    assert not (tmp_path / "machines").exists()
 
 
 def test_its_help_names_the_extra_without_importing_it() -> None:
