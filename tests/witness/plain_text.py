@@ -40,7 +40,7 @@ REMOVED = (
 # Lines of progress: which of them appear depends on the time that passes.
 PROGRESS = re.compile(
     r"[\w ,.-]+: \d+ %(?:, about .* to go)?(?:; .*)?$"  # a stage
-    r"|\d+ of \d+, .* s(?: left)?$"  # a case or a machine
+    r"|\d+ of \d+, .* (?:s|min|h)(?: left)?$"  # a case or a machine
 )
 
 

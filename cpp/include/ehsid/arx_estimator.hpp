@@ -24,8 +24,8 @@ struct EstimatorOptions {
   Recursion rls{};
   RmseResetOptions<Scalar> reset{};
   ConvergenceOptions<Scalar> convergence{};
-  bool reset_enabled =
-      true;  // not read by a recursion with a running model, which begins anew by itself
+  /// Not read by a recursion with a running model, which begins anew by itself.
+  bool reset_enabled = true;
   /// Start values in the units of the signals, and their variances in scaled units and units of sigma^2.
   Vector<Scalar, kN> theta0 = Vector<Scalar, kN>::Zero(capacity(kN));
   Vector<Scalar, kN> variance0 = Vector<Scalar, kN>::Constant(capacity(kN), Scalar(1e6));
