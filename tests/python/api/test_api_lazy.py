@@ -18,8 +18,10 @@ NAMES = {
     *("diagnose", "estimate", "identify", "read", "simulate"),
 }
 # Rooms whose names are imported from the room itself, and not from its modules.
-ROOMS = ("estimation", "excitation", "gap", "identification", "records", "rig_check", "rigs",
-         "simulation")  # fmt: skip
+ROOMS = (
+    *("diagnosis", "fitness", "models/estimation", "models/identification", "records", "rigs"),
+    *("signals/excitation", "signals/simulation"),
+)
 HEAVY = ("control", "matplotlib", "pandas", "pint", "polars", "rich", "scipy")
 
 
