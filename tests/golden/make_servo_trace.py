@@ -4,7 +4,8 @@
 Read by the tests that read trace.csv, with the same rules; the last column is the checksum of the
 saved state, so that every number of the state is compared. Two runs: `steps` meets the start, lost
 and implausible samples, a change of the plant, a hold, and a change of sign that makes all begin
-anew; `sine` a single sine, a gain below zero and settings other than the defaults.
+anew; `sine` a single sine, a gain below zero, settings other than the defaults, and a rest at the
+end, during which omega_n and xi cannot be told.
 `python tests/golden/make_servo_trace.py` writes the trace anew after a change of the estimator that
 is meant to change digits.
 """
@@ -46,11 +47,13 @@ def signals(run: str) -> tuple[Float32, Float32]:
     delayed = [0.0, 0.0]
     p = v = a = 0.0
     for k in range(SAMPLES[run]):
-        held = run == "steps" and 650 <= k < 760
+        held = 650 <= k < 760 if run == "steps" else k >= 540
         position[k] = 0.1 + p + 5e-6 * rng.normal()
-        if run == "sine":
+        if held:
+            command[k] = 0.0
+        elif run == "sine":
             command[k] = 2.0 * np.sin(2.0 * np.pi * 1.5 * k * dt_s)
-        elif not held:
+        else:
             error = 0.1 + (0.02 if k // 60 % 2 == 0 else -0.02) - position[k]
             command[k] = 100.0 * error if k < 850 else -100.0 * error
         gain = -0.05 if run == "sine" else 0.03 if k < 450 else 0.045 if k < 850 else -0.045
