@@ -38,12 +38,12 @@ struct FlooredConstant {
 
   bool valid() const { return settings_valid(*this); }
   EHSID_ALWAYS_INLINE T loss() const { return T(1) - larger(lambda, lambda_min); }
-  EHSID_ALWAYS_INLINE void restart(TruthOf<T> /*where*/ = TruthOf<T>(true)) {}
+  EHSID_ALWAYS_INLINE void restart(const TruthOf<T>& /*where*/ = TruthOf<T>(true)) {}
   EHSID_ALWAYS_INLINE ForgettingFactors<T> peek(const Evidence<T>& /*evidence*/) const {
     return {larger(lambda, lambda_min), T(1)};
   }
   EHSID_ALWAYS_INLINE void accept(const Evidence<T>& /*evidence*/,
-                                  TruthOf<T> /*where*/ = TruthOf<T>(true)) {}
+                                  const TruthOf<T>& /*where*/ = TruthOf<T>(true)) {}
 };
 
 /// As above, with a state: once `patience` samples have been taken, nothing is forgotten any more.
@@ -75,14 +75,14 @@ struct Tiring {
 
   bool valid() const { return settings_valid(*this); }
   EHSID_ALWAYS_INLINE T loss() const { return T(1) - factor(); }
-  EHSID_ALWAYS_INLINE void restart(TruthOf<T> where = TruthOf<T>(true)) {
+  EHSID_ALWAYS_INLINE void restart(const TruthOf<T>& where = TruthOf<T>(true)) {
     taken = select(where, Count(0), taken);
   }
   EHSID_ALWAYS_INLINE ForgettingFactors<T> peek(const Evidence<T>& /*evidence*/) const {
     return {factor(), T(1)};
   }
   EHSID_ALWAYS_INLINE void accept(const Evidence<T>& /*evidence*/,
-                                  TruthOf<T> where = TruthOf<T>(true)) {
+                                  const TruthOf<T>& where = TruthOf<T>(true)) {
     taken = select(where, taken + Count(1), taken);
   }
 

@@ -38,12 +38,12 @@ struct Constant {
 
   bool valid() const { return settings_valid(*this); }
   EHSID_ALWAYS_INLINE T loss() const { return T(1) - lambda; }
-  EHSID_ALWAYS_INLINE void restart(TruthOf<T> /*where*/ = TruthOf<T>(true)) {}
+  EHSID_ALWAYS_INLINE void restart(const TruthOf<T>& /*where*/ = TruthOf<T>(true)) {}
   EHSID_ALWAYS_INLINE ForgettingFactors<T> peek(const Evidence<T>& /*evidence*/) const {
     return {lambda, T(1)};
   }
   EHSID_ALWAYS_INLINE void accept(const Evidence<T>& /*evidence*/,
-                                  TruthOf<T> /*where*/ = TruthOf<T>(true)) {}
+                                  const TruthOf<T>& /*where*/ = TruthOf<T>(true)) {}
 };
 
 }  // namespace ehsid

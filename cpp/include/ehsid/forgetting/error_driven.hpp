@@ -67,7 +67,7 @@ struct ErrorDriven {
   /// The mean loss a step by design; not that of this step, or the choice of samples to skip would depend on
   /// their errors and bias the residual variance.
   EHSID_ALWAYS_INLINE T loss() const { return T(1) / memory; }
-  EHSID_ALWAYS_INLINE void restart(TruthOf<T> where = TruthOf<T>(true)) {
+  EHSID_ALWAYS_INLINE void restart(const TruthOf<T>& where = TruthOf<T>(true)) {
     mean_square = select(where, T(0), mean_square);
     seen = select(where, Count(0), seen);
   }
@@ -88,7 +88,7 @@ struct ErrorDriven {
     return {T(1), after};
   }
   EHSID_ALWAYS_INLINE void accept(const Evidence<T>& evidence,
-                                  TruthOf<T> where = TruthOf<T>(true)) {
+                                  const TruthOf<T>& where = TruthOf<T>(true)) {
     const T samples = static_cast<T>(seen + Count(1));
     const T rate = T(1) / smaller(samples, memory);
     const T most = mean_square * larger(T(kMostSquare) * rate, T(kMostRise));

@@ -52,7 +52,7 @@ struct Exponential {
   bool valid() const {
     return settings_valid(*this) && deficit >= Scalar(0) && deficit <= Scalar(1);
   }
-  EHSID_ALWAYS_INLINE void restart(TruthOf<T> where = TruthOf<T>(true)) {
+  EHSID_ALWAYS_INLINE void restart(const TruthOf<T>& where = TruthOf<T>(true)) {
     deficit = select(where, T(1) - lambda_initial, deficit);
   }
   EHSID_ALWAYS_INLINE T loss() const { return next(); }
@@ -60,7 +60,7 @@ struct Exponential {
     return {T(1) - next(), T(1)};
   }
   EHSID_ALWAYS_INLINE void accept(const Evidence<T>& /*evidence*/,
-                                  TruthOf<T> where = TruthOf<T>(true)) {
+                                  const TruthOf<T>& where = TruthOf<T>(true)) {
     deficit = select(where, next(), deficit);
   }
 

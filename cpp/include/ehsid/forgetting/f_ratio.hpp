@@ -64,7 +64,7 @@ struct FRatio {
   }
   /// While the errors stay alike nothing is forgotten: nothing to protect.
   EHSID_ALWAYS_INLINE T loss() const { return T(0); }
-  EHSID_ALWAYS_INLINE void restart(TruthOf<T> where = TruthOf<T>(true)) {
+  EHSID_ALWAYS_INLINE void restart(const TruthOf<T>& where = TruthOf<T>(true)) {
     short_window.restart(where);
     long_window.restart(where);
     seen = select(where, Count(0), seen);
@@ -87,7 +87,7 @@ struct FRatio {
     return {lambda, T(1)};
   }
   EHSID_ALWAYS_INLINE void accept(const Evidence<T>& evidence,
-                                  TruthOf<T> where = TruthOf<T>(true)) {
+                                  const TruthOf<T>& where = TruthOf<T>(true)) {
     const T square = square_of(evidence);
     short_window.push(square, where);
     long_window.push(square, where);
