@@ -135,7 +135,7 @@ def page_of(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Callable[[str]
 
     with pytest.MonkeyPatch.context() as patch, workers(1):
         patch.setattr(sys, "path", [str(EXAMPLES), *sys.path])
-        patch.setattr("ehsid.harness.show.page.embedded", whole_picture)
+        patch.setattr("ehsid.harness.show.rendering.embedded", whole_picture)
         yield page
 
 

@@ -262,6 +262,12 @@ def test_reality_never_imports_the_simulator() -> None:
     assert not [name for name in ours if not name.startswith(allowed)]
 
 
+def test_no_two_files_of_tests_have_one_name() -> None:
+    """They are imported by their names alone."""
+    names = [path.name for path in Path(__file__).parents[1].rglob("test_*.py")]
+    assert not sorted({name for name in names if names.count(name) > 1})
+
+
 def test_tests_stand_where_what_they_test_does() -> None:
     """Beside `core`, the compiled module, and `docs`, every folder is one of `python`."""
     here = Path(__file__).parent
