@@ -244,11 +244,12 @@ def test_a_lost_worker_is_told_in_words(page: Any, live: Served, target: Relay) 
 @pytest.mark.parametrize("width", [390, 1400])
 def test_the_page_is_not_wider_than_the_window(page: Any, target: Relay, width: int) -> None:
     page.set_viewport_size({"width": width, "height": 844})
-    assert page.evaluate("document.documentElement.scrollWidth") <= width
+    fits = f"document.documentElement.scrollWidth <= {width}"
+    page.wait_for_function(fits)  # what was laid out for the window before takes a moment
     start(page, target.port)
     page.get_by_role("button", name="Store a snapshot").wait_for()
     see(page, "Parameters of the estimated model")
-    assert page.evaluate("document.documentElement.scrollWidth") <= width
+    page.wait_for_function(fits)
 
 
 def test_only_results_of_runs_are_served(page: Any, target: Relay) -> None:
