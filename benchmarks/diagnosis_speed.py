@@ -28,9 +28,9 @@ from ehsid.harness.diagnosis.model.fit import fit
 from ehsid.harness.diagnosis.search.search import candidate_effects
 from ehsid.harness.records import read_record
 from ehsid.harness.rigs import read_rig
+from ehsid.lab.reality.batch import write_case
 from ehsid.lab.reality.case import make_case
-from ehsid.lab.reality.writing import write_case
-from ehsid.lab.scoring.transfer import INDEPENDENT_HZ
+from ehsid.lab.scoring.baselines import INDEPENDENT_HZ
 
 PAGE = Path(__file__).parents[1] / "docs" / "gap" / "speed.md"
 SEED = 31  # Coulomb friction

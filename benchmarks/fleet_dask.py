@@ -53,8 +53,8 @@ from ehsid.harness.fleet.ranking import read_fleet
 from ehsid.harness.fleet.running import run_fleet, unfinished_machines
 from ehsid.harness.records import Record, write_record
 from ehsid.harness.rigs import Rig, read_rig, write_rig
-from ehsid.harness.show.diagnosis_files import write_diagnosis
 from ehsid.harness.show.fleet_page import write_fleet
+from ehsid.harness.show.gap_page import write_diagnosis
 from ehsid.harness.signals.excitation import random_steps
 from ehsid.harness.signals.simulation import draw_noise, simulate
 

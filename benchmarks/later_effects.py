@@ -2,7 +2,7 @@
 """Are the newer effects found? python benchmarks/later_effects.py FOLDER
 
 Makes machines of the blind generator, each with one of the effects that came into the catalogue
-later (see `lab/reality/later.py`), diagnoses them without telling the effect, and compares.
+later (see `lab/reality/effects.py`), diagnoses them without telling the effect, and compares.
 The generator and the simulator share no code, no form of the equations and no integrator.
 
 FOLDER keeps each finished machine, so that an interrupted run goes on where it stopped. With
@@ -22,7 +22,7 @@ import numpy as np
 from missing_laws import diagnosed, kept, options, run_all, share
 
 from ehsid.harness.base.files import write_text
-from ehsid.lab.reality.later import LATER
+from ehsid.lab.reality.effects import LATER
 from ehsid.lab.scoring.judging import GAP_SIZES, is_exactly
 
 SEED = 23_000_000  # no check of `ehsid gap-check` has it

@@ -25,18 +25,18 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 import numpy as np
 from matplotlib.figure import Figure
 
-from ehsid.harness.base.arrays import FloatArray
 from ehsid.harness.base.files import write_text
+from ehsid.harness.base.numbers import FloatArray
 from ehsid.harness.base.parallel import run_tasks
 from ehsid.harness.diagnosis import diagnose
 from ehsid.harness.diagnosis.result import Diagnosis
 from ehsid.harness.records import read_record
 from ehsid.harness.rigs import read_rig
-from ehsid.harness.rigs.table_words import OF_TERM, OF_VARIABLE, TERM_WORDS, VARIABLE_WORDS
+from ehsid.harness.rigs.rig import OF_TERM, OF_VARIABLE, TERM_WORDS, VARIABLE_WORDS
+from ehsid.lab.reality.batch import write_case
 from ehsid.lab.reality.case import BEFORE_S, Kind, RealityCase, Sensors, make_case
 from ehsid.lab.reality.truth import Truth
 from ehsid.lab.reality.unnamed import UNNAMED
-from ehsid.lab.reality.writing import write_case
 from ehsid.lab.scoring.figures import wilson
 
 SEED = 22_000_000  # no check of `ehsid gap-check` has it

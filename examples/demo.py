@@ -17,12 +17,12 @@ from withheld_record import REPORT, Opening, withheld_record
 
 from ehsid.harness.base.files import result_folder
 from ehsid.harness.cli.progress import stages
-from ehsid.harness.show.gap_facts import diagnosis_facts
 from ehsid.harness.show.gap_page import gap_blocks, reason_blocks
 from ehsid.harness.show.gap_words import SIMULATIONS, first_upper
 from ehsid.harness.show.page import Page, Section
 from ehsid.harness.show.rendering import write_page
-from ehsid.lab.studies.published import SOURCE
+from ehsid.harness.show.where_section import diagnosis_facts
+from ehsid.lab.studies.rig_records import SOURCE
 
 PAGE = "demo.html"
 

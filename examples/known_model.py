@@ -13,11 +13,11 @@ from real_record import Part
 import ehsid
 from ehsid.harness.models.identification import ArxOrders
 from ehsid.harness.show.page import Picture, Section, Table
-from ehsid.harness.show.shares import percent
+from ehsid.harness.show.units import percent
 from ehsid.harness.signals.excitation import multisine
 from ehsid.lab.studies import Contender, KnownPlant, Outcome, compare
-from ehsid.lab.studies.pages.comparison_figures import change_figure, error_figure
-from ehsid.lab.studies.published import DT_S, DURATION_S, MODEL_16, RECURSIVE
+from ehsid.lab.studies.pages.experiment_files import change_figure, error_figure
+from ehsid.lab.studies.rig_records import DT_S, DURATION_S, MODEL_16, RECURSIVE
 
 ORDERS = ArxOrders(3, 3, 1)
 SAMPLES = round(DURATION_S / DT_S)

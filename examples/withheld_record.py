@@ -11,13 +11,13 @@ from pathlib import Path
 from matplotlib.figure import Figure
 
 from ehsid.harness.catalogue.channels import shown_channel
-from ehsid.harness.catalogue.keys import ParameterKey
+from ehsid.harness.catalogue.spellings import ParameterKey
 from ehsid.harness.diagnosis import diagnose
 from ehsid.harness.diagnosis.result import Diagnosis
 from ehsid.harness.records import read_record
 from ehsid.harness.rigs import read_rig
-from ehsid.harness.show.diagnosis_files import write_diagnosis
-from ehsid.harness.show.gap_curves import curves_of
+from ehsid.harness.show.gap_page import write_diagnosis
+from ehsid.harness.show.gap_plots import curves_of
 from ehsid.harness.show.gap_words import (
     SIMULATIONS,
     effect_set,
@@ -28,7 +28,7 @@ from ehsid.harness.show.gap_words import (
 )
 from ehsid.harness.show.page import Link, Picture, Section, Table, Tagged
 from ehsid.harness.show.plotting import BLUE, GREEN, stacked, styled
-from ehsid.harness.show.shares import percent
+from ehsid.harness.show.units import percent
 from ehsid.harness.show.where_section import where_section
 from ehsid.harness.show.which_section import which_section
 

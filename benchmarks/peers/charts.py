@@ -11,7 +11,7 @@ from bokeh.plotting import figure
 from results import SHOWN_N, Errors, Hold, Results, Times
 from tables import case_words, levels, of, shown, sizes
 
-from ehsid.harness.base.arrays import FloatArray
+from ehsid.harness.base.numbers import FloatArray
 from ehsid.harness.show.page import Picture, Plot
 from ehsid.harness.show.plotting import (
     BLUE,

@@ -11,7 +11,7 @@ from python_peers import PythonPeer
 from results import CPP, PYTHON, Answer, Name
 from series import Series, batch, tolerance
 
-from ehsid.harness.base.arrays import FloatArray
+from ehsid.harness.base.numbers import FloatArray
 
 
 @dataclass(frozen=True, eq=False)

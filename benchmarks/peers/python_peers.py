@@ -14,7 +14,7 @@ import numpy as np
 from series import Series
 
 import ehsid
-from ehsid.harness.base.arrays import FloatArray
+from ehsid.harness.base.numbers import FloatArray
 
 
 class Stepped(Protocol):

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from ehsid.harness.base.arrays import FloatArray
+from ehsid.harness.base.numbers import FloatArray
 
 # The row that times are divided by: the least that a factored recursion can do.
 BASE = "plain C, UD"

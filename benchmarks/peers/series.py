@@ -13,7 +13,7 @@ import numpy as np
 import scipy.linalg
 import scipy.signal
 
-from ehsid.harness.base.arrays import FloatArray
+from ehsid.harness.base.numbers import FloatArray
 
 # Model (16) of Ghazali et al. (2011).
 A16 = np.array([-2.2390, 1.7820, -0.5427])

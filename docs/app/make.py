@@ -22,7 +22,7 @@ from hil_target import FakeDevice  # noqa: E402
 from served_workbench import Served, found_browser  # noqa: E402
 
 from ehsid.harness.rigs.questions import QUESTIONS  # noqa: E402
-from ehsid.hil.relay import relayed  # noqa: E402
+from ehsid.hil.faults import relayed  # noqa: E402
 
 OUT = Path(__file__).parent
 STEPS = ("Load", "Map", "Rig", "Check", "Model", "Gap", "Next")

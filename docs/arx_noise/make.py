@@ -14,7 +14,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from ehsid.harness.base.arrays import FloatArray
+from ehsid.harness.base.numbers import FloatArray
 from ehsid.harness.base.parallel import run_tasks, worker_count, workers
 from ehsid.harness.show.plotting import BLUE, GREY, PALE, VERMILION, styled
 from ehsid.lab.studies.noises import (

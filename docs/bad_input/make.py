@@ -10,8 +10,8 @@ from collections.abc import Callable, Iterable
 from pathlib import Path
 from types import ModuleType
 
+from ehsid.harness.base.error_words import printable
 from ehsid.harness.base.files import write_text
-from ehsid.harness.base.text import printable
 
 HERE = Path(__file__).parent
 sys.path.append(str(HERE.parents[1] / "tests" / "python"))

@@ -16,20 +16,19 @@ from pathlib import Path
 
 import numpy as np
 
-from ehsid.harness.rigs.published import published_rig
+from ehsid.harness.rigs.new import published_rig
 from ehsid.harness.signals.excitation import random_steps
 from ehsid.harness.signals.simulation import draw_noise, suggested_controller
-from ehsid.harness.signals.simulation.outputs import OUTPUTS_OF
+from ehsid.harness.signals.simulation.run import OUTPUTS_OF
 from ehsid.hil.comparison import Agreement, compare
 from ehsid.hil.emulator import emulated
-from ehsid.hil.figures import control_figure, estimates_figure, servo_figure
+from ehsid.hil.page import control_figure, estimates_figure, servo_figure
 from ehsid.hil.plan import Plan, position_plan
-from ehsid.hil.recording import Recording
-from ehsid.hil.run import RunResult, run_plan
+from ehsid.hil.run import Recording, RunResult, run_plan
 from ehsid.hil.session import Session
 from ehsid.hil.transport import open_line
-from ehsid.lab.studies.published import DT_S
-from ehsid.lab.studies.target_plans import FACTORS, experiment_plans
+from ehsid.lab.studies.on_target import FACTORS, experiment_plans
+from ehsid.lab.studies.rig_records import DT_S
 
 HERE = Path(__file__).parent
 SAMPLES = 1600  # of 50 ms

@@ -6,7 +6,7 @@ from enum import IntFlag
 from pathlib import Path
 
 from ehsid.harness.base.files import write_text
-from ehsid.hil.layout import Field, Message
+from ehsid.hil.frames import Field, Message
 from ehsid.hil.messages import MESSAGES, Kind
 
 DOCUMENT = Path(__file__).parents[1] / "hil_protocol.md"

@@ -11,7 +11,7 @@ import numpy as np
 
 from ehsid.harness.fitness import RecordCheck, check_rig
 from ehsid.harness.rigs import read_rig
-from ehsid.harness.show.rig_check_figure import rig_check_figure
+from ehsid.harness.show.rig_check import rig_check_figure
 from ehsid.harness.signals.excitation import multisine
 from ehsid.harness.signals.simulation import draw_noise, simulate
 

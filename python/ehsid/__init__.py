@@ -30,8 +30,8 @@ if TYPE_CHECKING:  # editors and type checkers read this, Python follows the tab
     from ehsid.harness.api.estimate import estimate as estimate
     from ehsid.harness.api.identify import Identification as Identification
     from ehsid.harness.api.identify import identify as identify
-    from ehsid.harness.api.read import read as read
     from ehsid.harness.api.record import Record as Record
+    from ehsid.harness.api.record import read as read
     from ehsid.harness.api.rig import Rig as Rig
     from ehsid.harness.api.simulate import Simulation as Simulation
     from ehsid.harness.api.simulate import simulate as simulate
@@ -47,7 +47,7 @@ _LAZY = {
     "diagnose": "diagnose",
     "estimate": "estimate",
     "identify": "identify",
-    "read": "read",
+    "read": "record",
     "simulate": "simulate",
 }
 

@@ -15,9 +15,7 @@ from typing import ClassVar, Self
 import ehsid
 
 from . import messages
-from .errors import BadFrame, HilError
-from .frames import Packet
-from .layout import Message
+from .frames import BadFrame, HilError, Message, Packet
 from .messages import TRACKED, VERSION, Flags, Kind, Reason, State
 
 _STATUSES = {int(status) for status in ehsid.Status}

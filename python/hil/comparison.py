@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 import ehsid
-from ehsid.harness.base.arrays import FloatArray
+from ehsid.harness.base.numbers import FloatArray
 from ehsid.harness.firmware.configuration import EstimatorConfiguration
 from ehsid.harness.firmware.servo import ServoSettings
 from ehsid.harness.models.estimation.servo import KEYS, ServoPath, ServoValue

@@ -12,7 +12,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Self
 
-from .errors import HilError
+from .frames import HilError
 
 MACHINE = "mps2-an386"
 QEMU = "qemu-system-arm"

@@ -1,19 +1,25 @@
 # SPDX-License-Identifier: MIT
-"""Makes the plan of a run on a test signal: in open loop, or in position control on the target."""
+"""Makes the plan of a run on a test signal: in open loop, or in position control on the target.
+
+Loops that other packages offer to `ehsid hil`, as the lab does for the published experiment.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import Any
+from importlib.metadata import entry_points
+from typing import Any, Protocol
 
 import numpy as np
 
 import ehsid
+from ehsid.harness.base.error_words import install_line
 from ehsid.harness.models.identification import ArxOrders
 from ehsid.harness.rigs import Rig
-from ehsid.harness.signals.simulation import draw_noise, suggested_controller
-from ehsid.harness.signals.simulation.signal_options import SignalOptions, as_command, as_reference
+from ehsid.harness.show.page import Table
+from ehsid.harness.signals.simulation import PositionController, draw_noise, suggested_controller
+from ehsid.harness.signals.simulation.settings import SignalOptions, as_command, as_reference
 
 from .plan import Plan, open_plan, position_plan
 
@@ -87,3 +93,59 @@ def with_machine(plan: Plan, actual: Rig) -> Plan:
             f'--actual: a plant "{actual.plant}", the rig is "{plan.rig.plant}": expected the same'
         )
     return replace(plan, rig=actual)
+
+
+class Planner(Protocol):
+    """Makes the plans of a loop, by folder below --out."""
+
+    def __call__(
+        self,
+        rig: Rig,
+        controller: PositionController,
+        seed: int,
+        /,
+        *,
+        values: Mapping[str, float] | None,
+        watchdog_ms: int,
+        servo: Mapping[str, float] | None,
+    ) -> dict[str, Plan]:
+        """Returns the plans of a loop for `rig`, whose random numbers start with `seed`.
+
+        They have a ServoEstimator with the settings `servo`, or estimators of ARX models.
+        """
+
+
+@dataclass(frozen=True)
+class OfferedLoop:
+    """A loop of several runs, with what its page shows beside them.
+
+    Attributes
+    ----------
+    plans
+        makes the plans.
+    beside
+        published results of ARX models, for the page.
+    sources
+        publications, for the page.
+    """
+
+    plans: Planner
+    beside: Table
+    sources: tuple[str, ...]
+
+
+def offered_loop(name: str) -> OfferedLoop:
+    """Returns the loop of this name, an entry point of the group `ehsid.hil_loops`.
+
+    Raises
+    ------
+    ValueError
+        no installed package offers it.
+    """
+    for offer in entry_points(group="ehsid.hil_loops", name=name):
+        loop: OfferedLoop = offer.load()
+        return loop
+    raise ValueError(
+        f"--loop {name}: no installed package offers this loop: expected the lab of ehsid; install "
+        f"it with: {install_line('lab')}"
+    )

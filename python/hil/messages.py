@@ -11,7 +11,7 @@ from enum import IntEnum, IntFlag
 
 import ehsid
 
-from .layout import Field, Message
+from .frames import Field, Message
 
 VERSION = 3
 

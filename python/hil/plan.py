@@ -10,7 +10,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 import ehsid
-from ehsid.harness.base.arrays import FloatArray
+from ehsid.harness.base.numbers import FloatArray
 from ehsid.harness.firmware.configuration import EstimatorConfiguration
 from ehsid.harness.firmware.servo import ServoSettings
 from ehsid.harness.models.identification import ArxOrders

@@ -1,13 +1,19 @@
 # SPDX-License-Identifier: MIT
-"""Requests of the host to the target, but for `Configuration`, which has its own module."""
+"""Requests of the host to the target, but for `Configuration`, which has its own module.
+
+What a user can wish for during a run: another start of the estimator, and the end of the run.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import ClassVar
 
+from ehsid.harness.firmware.configuration import EstimatorConfiguration
+
 from . import messages
-from .layout import Message
+from .frames import Message
 
 
 class _Request:
@@ -69,3 +75,12 @@ class Stop(_Request):
     """Closes the valve."""
 
     message: ClassVar[Message] = messages.STOP
+
+
+class Stopped(Exception):  # noqa: N818 -- the user's wish
+    """Raised by a `Steer`: the run ends before this sample, with the samples so far as result."""
+
+
+# Called with the number of each sample before it is sent. Returns the settings with which the
+# estimator of the target begins anew at this sample; None lets it go on.
+Steer = Callable[[int], EstimatorConfiguration | None]

@@ -20,8 +20,7 @@ from .answers import (
     parse_answer,
 )
 from .configuration import POLICIES, Configuration
-from .errors import BadFrame, HilError, TargetReset
-from .frames import decode, encode
+from .frames import BadFrame, HilError, TargetReset, decode, encode
 from .messages import Reason, State, status_name
 from .requests import Hello, Resume, Sample, Start, Stop
 from .transport import Line

@@ -1,5 +1,8 @@
 # SPDX-License-Identifier: MIT
-"""Sends and receives frames over a serial line, or over a socket in its place."""
+"""Sends and receives frames over a serial line, or over a socket in its place.
+
+Targets that stand behind a relay: at an address, and in the emulator.
+"""
 
 from __future__ import annotations
 
@@ -8,14 +11,16 @@ import io
 import select
 import socket
 import time
+from pathlib import Path
 from typing import Self
 from urllib.parse import urlsplit
 
 import serial
 from serial.tools import list_ports
 
-from .errors import HilError
-from .frames import MAX_FRAME
+from .emulator import MACHINE, QEMU, Emulator
+from .faults import DeviceGone
+from .frames import MAX_FRAME, HilError
 
 BAUD = 115200
 WRITE_TIMEOUT_S = 5.0
@@ -200,3 +205,84 @@ def _why(port: str, error: Exception) -> str:
         there = ", ".join(sorted(found.device for found in list_ports.comports()))
         return f"there is no such port; there are: {there or 'none'}. Is the board plugged in?"
     return f"could not be opened ({error}); expected a serial port, e.g. /dev/ttyACM0"
+
+
+CONNECT_S = 5.0
+
+
+class SocketDevice:
+    """A target at an address socket://HOST:PORT.
+
+    Raises
+    ------
+    HilError
+        the address is not complete, or nothing listens there.
+    """
+
+    def __init__(self, address: str) -> None:
+        parts = urlsplit(address)
+        try:
+            complete = parts.scheme == "socket" and parts.hostname and parts.port
+        except ValueError:  # a number that is no port
+            complete = None
+        if not complete:
+            raise HilError(
+                f"{address}: the address is not complete; expected socket://HOST:PORT, e.g. "
+                "socket://localhost:4000"
+            )
+        try:
+            self._socket = socket.create_connection((parts.hostname, parts.port), CONNECT_S)
+        except OSError as error:
+            raise HilError(
+                f"{address}: could not be opened ({error.strerror or error}); expected something "
+                "that listens there: start it, or correct the address"
+            ) from None
+        self._socket.settimeout(None)
+        self._socket.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+
+    def fileno(self) -> int:
+        """Returns the descriptor to wait for."""
+        return self._socket.fileno()
+
+    def read(self) -> bytes:
+        """Returns the bytes that are there."""
+        data = self._socket.recv(4096)
+        if not data:
+            raise DeviceGone
+        return data
+
+    def write(self, data: bytes) -> None:
+        """Sends bytes."""
+        self._socket.sendall(data)
+
+    def close(self) -> None:
+        """Ends the connection."""
+        self._socket.close()
+
+
+class EmulatedDevice(SocketDevice):
+    """Firmware on a board that QEMU emulates; see `Emulator`."""
+
+    def __init__(self, image: Path, machine: str = MACHINE) -> None:
+        self._emulator = Emulator(image, machine)
+        self._about = f"{QEMU} with {image} on {machine}"
+        try:
+            super().__init__(self._emulator.port)
+        except HilError:
+            said = self._emulator.last_words()
+            self._emulator.close()
+            raise HilError(f"{self._about} has ended: {said or 'without a word'}") from None
+
+    def reset(self) -> None:
+        """Resets the board, as its reset button would."""
+        self._emulator.reset()
+
+    def why_gone(self) -> str:
+        """Returns why QEMU has ended as a sentence; "" where it still runs."""
+        said = self._emulator.last_words()
+        return "" if said is None else f"{self._about} has ended: {said}"
+
+    def close(self) -> None:
+        """Ends QEMU."""
+        super().close()
+        self._emulator.close()

@@ -3,8 +3,8 @@
 
 from __future__ import annotations
 
+from ehsid.harness.cli.console import ManyValues
 from ehsid.harness.cli.lazy import Verb
-from ehsid.harness.cli.many_values import ManyValues
 
 PACKAGE = "ehsid.lab.cli"
 

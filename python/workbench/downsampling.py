@@ -13,7 +13,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ehsid.harness.base.arrays import FloatArray
+from ehsid.harness.base.numbers import FloatArray
 
 FACTOR = 64
 

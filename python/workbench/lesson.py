@@ -14,11 +14,11 @@ import msgspec
 import numpy as np
 
 import ehsid
-from ehsid.harness.base.arrays import FloatArray
 from ehsid.harness.base.encoding import json_text, read_json
 from ehsid.harness.base.files import write_text
+from ehsid.harness.base.numbers import FloatArray
 from ehsid.harness.catalogue.channels import CHAMBER_PRESSURES, COMMAND, POSITION, TIME
-from ehsid.harness.catalogue.keys import ParameterKey
+from ehsid.harness.catalogue.spellings import ParameterKey
 from ehsid.harness.records import Record, make_record
 from ehsid.harness.records.writing import record_bytes
 from ehsid.harness.rigs import Rig, RigError, read_rig
@@ -30,7 +30,7 @@ from ehsid.harness.signals.simulation import (
     inside_stroke,
     simulate,
 )
-from ehsid.harness.signals.simulation.outputs import noise_sigma
+from ehsid.harness.signals.simulation.run import noise_sigma
 
 from .playground import DT_S, effects_of
 from .session import RIG, Session

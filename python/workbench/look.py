@@ -1,5 +1,8 @@
 # SPDX-License-Identifier: MIT
-"""How the workbench looks: one style sheet for all parts, light and dark, and the page around."""
+"""How the workbench looks: one style sheet for all parts, light and dark, and the page around.
+
+Parts of the page in columns of equal width, as many as there is room for.
+"""
 
 from __future__ import annotations
 
@@ -12,7 +15,7 @@ from typing import Any
 import panel as pn
 from bokeh.plotting import figure
 
-from ehsid.harness.base.text import printable
+from ehsid.harness.base.error_words import printable
 from ehsid.harness.show.page import Block
 from ehsid.harness.show.plotting import BLUE, GREEN, ORANGE, PURPLE, SKY, VERMILION
 from ehsid.harness.show.rendering import html
@@ -168,3 +171,15 @@ def dress(plot: figure, theme: str) -> None:
         legend.background_fill_alpha = 0.8
         legend.label_text_color = colours["ink"]
         legend.border_line_color = colours["line"]
+
+
+def in_columns(*parts: pn.viewable.Viewable, least: str = "14rem") -> pn.Column:
+    """Returns the parts in rows of columns that are at least this wide, and of equal width."""
+    for part in parts:
+        part.sizing_mode = "stretch_width"
+    columns = f"repeat(auto-fill, minmax(min({least}, 100%), 1fr))"
+    return pn.Column(
+        *parts,
+        sizing_mode="stretch_width",
+        styles={"display": "grid", "grid-template-columns": columns, "gap": "0 1.2rem"},
+    )

@@ -9,12 +9,11 @@ from urllib.parse import quote
 
 import panel as pn
 
-from ehsid.harness.show.shares import percent
+from ehsid.harness.show.units import percent
 
 from . import look
 from .machines import MachineRow, machine_rows
-from .page import NEW
-from .view import View
+from .page import NEW, View
 from .workbench import REMOVED, Workbench
 
 LOOK_MS = 3000  # between two looks for what has changed

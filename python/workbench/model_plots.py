@@ -20,7 +20,7 @@ from bokeh.models import (
 from bokeh.plotting import figure
 
 from ehsid.harness.models.identification.dynamics import Dynamics, Root
-from ehsid.harness.show.model_curves import Bode, Lags
+from ehsid.harness.show.model_figures import Bode, Lags
 from ehsid.harness.show.units import Shown, coefficient, column
 
 from .look import COLOURS, THEMES, dress

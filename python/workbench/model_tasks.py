@@ -10,12 +10,12 @@ from ehsid.harness.base.files import result_folder
 from ehsid.harness.models.estimation import EstimationResult, estimate
 from ehsid.harness.models.estimation.advice import advise
 from ehsid.harness.models.identification import IoData, identify
-from ehsid.harness.models.identification.search_range import MOST_DELAY, MOST_ORDER, parse_range
+from ehsid.harness.models.identification.selection import MOST_DELAY, MOST_ORDER, parse_range
 from ehsid.harness.records import Record, read_record
 from ehsid.harness.show.model_file_names import ESTIMATION_FILES, IDENTIFICATION_FILES
 
 from . import model_look
-from .model_choice import recursion_of
+from .model_look import recursion_of
 from .session import Entry, Session, SessionError
 
 FOLDER = "model"
@@ -23,7 +23,7 @@ FOLDER = "model"
 
 def identify_task(folder: Path, *, report: Callable[[float], None]) -> None:
     """Identifies a model, as `ehsid identify --out model`."""
-    from ehsid.harness.show.model_files import write_identification
+    from ehsid.harness.show.model_figures import write_identification
 
     session = Session(folder)
     choice, entry = session.settings.model, _entry(session)
@@ -57,7 +57,7 @@ def estimate_task(folder: Path, *, report: Callable[[float], None]) -> None:
         advice = advise(data, recursion_of(session.settings.model), result)
         model_look.write_tries(session, look.figures, advice)
         report(0.7)
-        from ehsid.harness.show.model_files import write_estimation
+        from ehsid.harness.show.model_figures import write_estimation
 
         write_estimation(new, result, data.dt_s, record.origin, advice)
     report(1.0)

@@ -1,5 +1,8 @@
 # SPDX-License-Identifier: MIT
-"""One page in one browser tab: the steps beside the step that is open."""
+"""One page in one browser tab: the steps beside the step that is open.
+
+A page of its own beside the workbench, which belongs to no session.
+"""
 
 from __future__ import annotations
 
@@ -16,12 +19,11 @@ from . import look
 from .equivalent import python, shown_commands
 from .flow import STEPS, Standing, next_step, standings
 from .session import Session
-from .steps.check import CheckStep
-from .steps.gap import GapStep
+from .steps.check import CheckStep, GapStep
 from .steps.load import LoadStep
 from .steps.map import MapStep
-from .steps.model import ModelStep
 from .steps.next import NextStep
+from .steps.recursive import ModelStep
 from .steps.rig import RigStep
 from .steps.step import StepView
 from .workbench import ERRORS, Workbench
@@ -243,3 +245,58 @@ def argument(name: str) -> str:
     """Returns an argument of the address of the page; "" without it."""
     values = (pn.state.session_args or {}).get(name)
     return values[0].decode(errors="replace") if values else ""
+
+
+class View:
+    """A page in a browser tab; `layout` is what it shows below its title."""
+
+    key = ""
+    title = ""
+    purpose = ""
+    button = staticmethod(look.button)
+
+    def __init__(self, workbench: Workbench) -> None:
+        self.workbench = workbench
+        self.theme = "dark" if argument("theme") == "dark" else "light"
+        self.problem = look.words("")
+        self.layout = pn.Column(sizing_mode="stretch_width")
+        title = look.words(f'<h1>{self.title}</h1><p class="soft">{self.purpose}</p>')
+        self.template = look.template("view", self.theme)
+        self.template.add_variable("view", self.key)
+        whole = pn.Column(title, self.problem, self.layout, sizing_mode="stretch_width")
+        self.template.add_panel("view", whole)
+        self.template.title = f"{self.title} - ehsid"
+
+    def told(self, handler: Callable[P, None], *, keep: bool = False) -> Callable[P, None]:
+        """Returns a handler whose errors are told on the page; it never shows a traceback.
+
+        `keep` leaves the earlier message as it is, for what runs without a click.
+        """
+
+        @wraps(handler)
+        def safely(*args: P.args, **kwargs: P.kwargs) -> None:
+            try:
+                if not keep:
+                    self.problem.object = ""
+                handler(*args, **kwargs)
+            except Exception as error:
+                self.problem.object = look.error(self.words_of(error))
+
+        return safely
+
+    def words_of(self, error: Exception) -> str:
+        """Returns an error in words; a fault of the program is written down."""
+        text = error_words(error)
+        if text is not None:
+            return text
+        log = self.workbench.folder / ERRORS
+        with log.open("a", encoding="utf-8") as file:
+            file.write(traceback.format_exc())
+        return (
+            f"A fault of the program ({type(error).__name__}), which is not due to your data. "
+            f"{log} has what its authors need to mend it."
+        )
+
+    def say(self, html: str) -> None:
+        """Shows below the title what was done."""
+        self.problem.object = f'<p class="verdict" role="status">{html}</p>'

@@ -10,9 +10,9 @@ from dataclasses import dataclass
 import numpy as np
 
 import ehsid
-from ehsid.harness.base.arrays import FloatArray
-from ehsid.harness.catalogue.keys import ParameterKey
+from ehsid.harness.base.numbers import FloatArray
 from ehsid.harness.catalogue.parameters import acts_on, effects
+from ehsid.harness.catalogue.spellings import ParameterKey
 from ehsid.harness.records import Record
 from ehsid.harness.rigs import Rig
 from ehsid.harness.signals.excitation import named_signal

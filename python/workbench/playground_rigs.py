@@ -6,8 +6,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 from ehsid.harness.rigs import Rig, parse_rig, read_rig
-from ehsid.harness.rigs.answers import answered, rig_file_text
-from ehsid.harness.rigs.questions import EXAMPLES
+from ehsid.harness.rigs.questions import EXAMPLES, answered, rig_file_text
 
 from .workbench import Workbench
 

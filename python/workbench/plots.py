@@ -11,8 +11,8 @@ from bokeh.layouts import column
 from bokeh.models import Column, ColumnDataSource, Legend, LegendItem, Range1d
 from bokeh.plotting import figure
 
-from ehsid.harness.base.arrays import FloatArray
-from ehsid.harness.base.text import printable
+from ehsid.harness.base.error_words import printable
+from ehsid.harness.base.numbers import FloatArray
 
 from .downsampling import Pyramid
 from .look import COLOURS, dress

@@ -20,8 +20,8 @@ from estimating_target import EstimatingTarget
 from hil_target import FakeDevice
 from served_workbench import Served, children, found_browser
 
-from ehsid.hil.relay import Relay, relayed
-from ehsid.workbench.live.ring import RingReader
+from ehsid.hil.faults import Relay, relayed
+from ehsid.workbench.live.watching import RingReader
 
 Error = pytest.importorskip("playwright.sync_api").Error
 pytestmark = pytest.mark.slow

@@ -16,8 +16,8 @@ from app_sessions import BENCH, german_log, read_session
 from served_workbench import Served, children
 
 from ehsid.harness.records import make_record, write_record
+from ehsid.workbench.jobs import check_task
 from ehsid.workbench.session import Session
-from ehsid.workbench.tasks import check_task
 
 pytestmark = pytest.mark.slow
 MANY = ("2-50", "1-60")  # orders and delays whose search takes minutes

@@ -29,8 +29,7 @@ from ehsid.harness.show.page import Page, Section
 from ehsid.harness.show.rendering import embedded, render_page
 from ehsid.harness.show.where_section import where_section
 from ehsid.harness.show.which_section import which_section
-from ehsid.lab.studies.pages.claims_map import claims_picture
-from ehsid.lab.studies.pages.claims_sections import claims_sections, verdict_lead
+from ehsid.lab.studies.pages.claims_sections import claims_picture, claims_sections, verdict_lead
 
 pytestmark = pytest.mark.slow
 

@@ -12,8 +12,8 @@ from changes import Change, table_changes
 from typer.testing import CliRunner
 
 from ehsid.harness.cli import VERBS, cli
+from ehsid.harness.cli.console import with_verbosity
 from ehsid.harness.cli.lazy import Verb, errors_as_messages
-from ehsid.harness.cli.verbosity import with_verbosity
 
 NEEDED = "must be given"
 

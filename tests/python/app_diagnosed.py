@@ -8,7 +8,7 @@ from pathlib import Path
 from app_sessions import BENCH, german_log, read_session
 from made_diagnoses import made_diagnosis
 
-from ehsid.harness.show.diagnosis_files import write_diagnosis
+from ehsid.harness.show.gap_page import write_diagnosis
 from ehsid.workbench.session import Session
 
 

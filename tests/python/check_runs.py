@@ -14,8 +14,7 @@ from made_diagnoses import VERDICTS, made_diagnosis
 
 from ehsid.harness.diagnosis.result import Diagnosis
 from ehsid.lab.blind.making import make_check
-from ehsid.lab.blind.seal import Seal
-from ehsid.lab.blind.settings import Settings
+from ehsid.lab.blind.seal import Seal, Settings
 
 TINY = Settings(seed=7, count=5, seconds=2.0)  # one case of each grade
 

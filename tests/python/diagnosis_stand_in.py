@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 from ehsid.harness.base.parallel import Progress, worker_count
-from ehsid.harness.diagnosis.interim import Begun, Watch
+from ehsid.harness.diagnosis.job import Begun, Watch
 from ehsid.harness.diagnosis.options import DEFAULTS, DiagnosisOptions
 from ehsid.harness.diagnosis.result import Diagnosis
 from ehsid.harness.records import Record

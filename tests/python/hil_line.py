@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Faults by chance on the line between host and target; see `ehsid.hil.relay`."""
+"""Faults by chance on the line between host and target; see `ehsid.hil.faults`."""
 
 import random
 from collections.abc import Sequence

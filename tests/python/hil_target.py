@@ -10,8 +10,7 @@ import struct
 import threading
 from dataclasses import dataclass, field
 
-from ehsid.hil.errors import BadFrame
-from ehsid.hil.frames import Packet, decode, encode
+from ehsid.hil.frames import BadFrame, Packet, decode, encode
 
 IDLE, READY, RUNNING, SAFE = range(4)
 POLICIES, PARAMETERS = 0b00_1001, 1 << 4 | 1 << 6 | 1 << 7  # 0 constant, 3 F-ratio

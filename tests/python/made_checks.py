@@ -12,7 +12,7 @@ import numpy as np
 
 from ehsid.lab.reality.effects import CATALOGUE, EXCLUSIVE_PAIRS
 from ehsid.lab.reality.nominal_rig import draw_nominal_rig
-from ehsid.lab.reality.outside import OUTSIDE
+from ehsid.lab.reality.unnamed import OUTSIDE
 
 Plain = dict[str, Any]
 Diagnoser = Callable[[Plain, np.random.Generator], Plain]

@@ -5,8 +5,15 @@ from __future__ import annotations
 
 from itertools import cycle, product
 
-from ehsid.lab.studies.claims import Condition, Input, Judged, ResetJudged
-from ehsid.lab.studies.evidence import Comparison, Finding, Interval
+from ehsid.lab.studies.claims import (
+    Comparison,
+    Condition,
+    Finding,
+    Input,
+    Interval,
+    Judged,
+    ResetJudged,
+)
 from ehsid.lab.studies.experiment import FACTORS, LAMBDA0S, NOISES, P0S, ClaimResults
 from ehsid.lab.studies.verdicts import verdicts
 

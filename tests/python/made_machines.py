@@ -8,12 +8,12 @@ from dataclasses import replace
 import numpy as np
 
 from ehsid.harness.catalogue.parameters import effects as catalogue
-from ehsid.harness.diagnosis.decision.constants import Constants
+from ehsid.harness.diagnosis.decision.posterior import Constants
 from ehsid.harness.diagnosis.schema import Estimate
-from ehsid.harness.diagnosis.search.families import friction_laws
+from ehsid.harness.diagnosis.search.candidates import friction_laws
 from ehsid.lab.calibration.choices import choices_of, probabilities
 from ehsid.lab.calibration.machines import Machine, Promised, Size, WeighedSet
-from ehsid.lab.scoring.reading import SENSORS
+from ehsid.lab.scoring.judging import SENSORS
 
 # Away from those in use by one to three standard errors of a fit to some hundred machines.
 TRUE = Constants(

@@ -25,25 +25,23 @@ from ehsid.harness.diagnosis.result import Diagnosis, diagnosis_text
 from ehsid.harness.diagnosis.schema import Remark
 from ehsid.harness.fleet.ranking import read_fleet
 from ehsid.harness.models.identification import ArxOrders, IoData
-from ehsid.harness.rigs.published import published_rig
+from ehsid.harness.rigs.new import published_rig
 from ehsid.harness.show.fleet_page import fleet_page
 from ehsid.harness.show.gap_page import RecordLine, render_diagnosis
 from ehsid.harness.show.page import Page
 from ehsid.harness.show.rendering import render_page
 from ehsid.harness.signals.simulation import suggested_controller
-from ehsid.harness.signals.simulation.outputs import OUTPUTS_OF
+from ehsid.harness.signals.simulation.run import OUTPUTS_OF
 from ehsid.hil.comparison import compare
+from ehsid.hil.faults import relayed
 from ehsid.hil.frames import encode
 from ehsid.hil.page import hil_page
 from ehsid.hil.plan import Plan, open_plan
-from ehsid.hil.recording import Recording
-from ehsid.hil.relay import relayed
-from ehsid.hil.run import run_plan
+from ehsid.hil.run import Recording, run_plan
 from ehsid.hil.session import Session
 from ehsid.hil.transport import open_line
-from ehsid.lab.calibration.checking import calibrate
-from ehsid.lab.calibration.left_out import LEAST_MACHINES
-from ehsid.lab.calibration.reading import Found
+from ehsid.lab.calibration.checking import LEAST_MACHINES, calibrate
+from ehsid.lab.calibration.machines import Found
 from ehsid.lab.pages.calibration_page import calibration_page
 from ehsid.lab.pages.check_page import check_page
 from ehsid.lab.scoring.score import score_folder

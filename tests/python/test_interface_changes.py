@@ -117,7 +117,7 @@ def test_python(tmp_path: Path) -> None:
         ("def whiteness(self) -> float", "def whiteness(self) -> int"),
         ("def is_error(status: Status)", "def is_error(status: Status, more: int=0)"),
     )
-    edit(now / "ehsid" / "harness" / "api" / "shown.py", ("def summary(self)", "def words(self)"))
+    edit(now / "ehsid" / "harness" / "api" / "tables.py", ("def summary(self)", "def words(self)"))
     edit(now / "ehsid" / "harness" / "api" / "record.py", ("self, path:", "self, where:"))
     changes = python_changes(before, now)
     assert {

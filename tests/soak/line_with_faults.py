@@ -29,16 +29,13 @@ import ehsid
 from ehsid.harness.rigs import read_rig
 from ehsid.harness.signals.excitation import random_steps
 from ehsid.harness.signals.simulation import draw_noise, suggested_controller
-from ehsid.harness.signals.simulation.outputs import OUTPUTS_OF
+from ehsid.harness.signals.simulation.run import OUTPUTS_OF
 from ehsid.hil.comparison import compare
-from ehsid.hil.errors import BadFrame
-from ehsid.hil.faults import TO_TARGET, Passing
-from ehsid.hil.frames import decode
+from ehsid.hil.faults import TO_TARGET, Passing, Relay, relayed
+from ehsid.hil.frames import BadFrame, decode
 from ehsid.hil.messages import Kind
 from ehsid.hil.plan import Plan, position_plan
-from ehsid.hil.recording import RECORD, Recording
-from ehsid.hil.relay import Relay, relayed
-from ehsid.hil.run import MOST_RESTARTS, run_plan
+from ehsid.hil.run import MOST_RESTARTS, RECORD, Recording, run_plan
 from ehsid.hil.session import Session
 from ehsid.hil.transport import open_line
 

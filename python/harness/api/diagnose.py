@@ -18,16 +18,13 @@ from ..diagnosis.options import DiagnosisChoices, DiagnosisOptions
 from ..diagnosis.schema import RESULT_FILES
 from ..records import read_record
 from ..records.record import told_apart
-from ..show.gap_brief import brief_tables, told_reasons, told_remarks
-from ..show.gap_words import VERDICTS, plain_name
+from ..show.gap_words import VERDICTS, brief_tables, plain_name, told_reasons, told_remarks
 from ..show.page import Items, Told
-from ..show.shares import percent
-from .progress import progress_of
-from .read import Source, record_of
-from .record import Record
+from ..show.units import percent
+from .record import Record, Source, record_of
 from .rig import Rig, RigSource, rig_of
-from .shown import Shown
-from .wording import in_python, log_reading
+from .tables import Shown
+from .wording import in_python, log_reading, progress_of
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -95,7 +92,7 @@ class Diagnosis(Shown):
         ValueError
             the folder cannot be written to, or has files of these names that ehsid did not write.
         """
-        from ..show.diagnosis_files import write_diagnosis
+        from ..show.gap_page import write_diagnosis
 
         out = Path(folder)
         used = [record.result for record in self.records]
@@ -107,7 +104,7 @@ class Diagnosis(Shown):
 
     def to_polars(self) -> pl.DataFrame:
         """Returns the held-out samples with their simulations, as in simulation.csv."""
-        from ..show.diagnosis_files import simulation_table
+        from ..show.gap_page import simulation_table
 
         return simulation_table(self.result.runs)
 
@@ -119,7 +116,7 @@ class Diagnosis(Shown):
         ModuleNotFoundError
             pandas is not installed.
         """
-        from .frames import pandas_frame
+        from .tables import pandas_frame
 
         frame = self.to_polars()
         return pandas_frame({name: frame[name].to_numpy() for name in frame.columns})

@@ -17,19 +17,17 @@ from ..base.files import result_folder
 from ..catalogue.policies import POLICIES
 from ..models import estimation
 from ..models.estimation import EstimationResult
-from ..models.estimation.advice import Advice, advise
+from ..models.estimation.advice import Advice, advice_words, advise, state_words
 from ..models.estimation.recursion import START_VARIANCE, Recursion
 from ..models.estimation.servo import ServoPath
-from ..models.estimation.words import advice_words, state_words
 from ..models.identification import ArxOrders
 from ..records.errors import nearest_name
 from ..show.model_blocks import estimate_told
 from ..show.model_file_names import ESTIMATION_FILES
 from ..show.page import Items, Told
-from .frames import Tabular, time_column
-from .read import Source
-from .shown import Shown
-from .signals import Arrays, Signals, about, signals_of
+from .record import Source
+from .simulate import Arrays, Signals, about, signals_of
+from .tables import Shown, Tabular, time_column
 from .wording import in_python
 
 if TYPE_CHECKING:
@@ -89,7 +87,7 @@ class Estimation(Shown, Tabular):
 
         Its dt is the sampling time in seconds, or True without one. The constant term is left out.
         """
-        from ..models.identification.systems import arx_system
+        from ..models.identification.loop import arx_system
 
         return arx_system(self.result.orders, self.result.theta, self.signals.data.dt_s)
 
@@ -110,7 +108,7 @@ class Estimation(Shown, Tabular):
         ValueError
             the folder cannot be written to, or has files of these names that ehsid did not write.
         """
-        from ..show.model_files import write_estimation
+        from ..show.model_figures import write_estimation
 
         out, signals = Path(folder), self.signals
         with (

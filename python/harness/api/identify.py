@@ -13,15 +13,19 @@ import numpy.typing as npt
 from ..base.files import result_folder
 from ..models import identification
 from ..models.identification import IdentificationResult
-from ..models.identification.search_range import MOST_DELAY, MOST_ORDER, parse_range
-from ..models.identification.selection import DEFAULT_DELAYS, DEFAULT_ORDERS
+from ..models.identification.selection import (
+    DEFAULT_DELAYS,
+    DEFAULT_ORDERS,
+    MOST_DELAY,
+    MOST_ORDER,
+    parse_range,
+)
 from ..show.model_blocks import model_line, model_told
 from ..show.model_file_names import IDENTIFICATION_FILES
 from ..show.page import Told
-from .frames import Tabular, time_column
-from .read import Source
-from .shown import Shown
-from .signals import Arrays, Signals, about, signals_of
+from .record import Source
+from .simulate import Arrays, Signals, about, signals_of
+from .tables import Shown, Tabular, time_column
 from .wording import in_python
 
 if TYPE_CHECKING:
@@ -57,7 +61,7 @@ class Identification(Shown, Tabular):
 
         Its dt is the sampling time in seconds, or True without one. The constant term is left out.
         """
-        from ..models.identification.systems import to_control
+        from ..models.identification.loop import to_control
 
         return to_control(self.result.chosen.model, self.result.dt_s)
 
@@ -77,7 +81,7 @@ class Identification(Shown, Tabular):
         ValueError
             the folder cannot be written to, or has files of these names that ehsid did not write.
         """
-        from ..show.model_files import write_identification
+        from ..show.model_figures import write_identification
 
         out, inputs = Path(folder), self.signals.inputs
         with in_python(), result_folder(out, "identify", IDENTIFICATION_FILES, inputs) as new:

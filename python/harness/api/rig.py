@@ -12,12 +12,11 @@ from typing import Literal, SupportsFloat
 from .. import rigs
 from ..base.files import result_files, write_text
 from ..rigs import parse_rig, read_rig, rig_text
-from ..rigs.answers import answered, read_answer, rig_file_text
 from ..rigs.checks import unknown
 from ..rigs.new import shown
-from ..rigs.questions import QUESTIONS, Question
+from ..rigs.questions import QUESTIONS, Question, answered, read_answer, rig_file_text
 from ..show.page import Table, Told
-from .shown import Shown
+from .tables import Shown
 from .wording import in_python
 
 

@@ -1,11 +1,15 @@
 # SPDX-License-Identifier: MIT
-"""Errors as messages for people: what is wrong, what was expected, and how to mend it."""
+"""Errors as messages for people: what is wrong, what was expected, and how to mend it.
+
+Text of others, such as names of rigs and records, as it may be shown.
+"""
 
 from __future__ import annotations
 
 import shlex
 import sys
 import traceback
+import unicodedata
 from types import FrameType
 
 from .surroundings import STDOUT
@@ -103,3 +107,16 @@ def install_line(extra: str) -> str:
     It names the Python that runs: a plain `pip` may belong to another one.
     """
     return f"{shlex.quote(sys.executable)} -m pip install 'ehsid[{extra}]'"
+
+
+def printable(text: str) -> str:
+    r"""Returns the text with control characters written out, such as \x1b.
+
+    These are also the characters that change the direction of writing, with which a name can look
+    like another one. Line ends and spaces of all kinds stay.
+    """
+
+    def harmless(c: str) -> bool:
+        return c.isprintable() or c == "\n" or unicodedata.category(c) == "Zs"
+
+    return "".join(c if harmless(c) else repr(c)[1:-1] for c in text)

@@ -14,10 +14,9 @@ import typer
 
 import ehsid
 
-from .help_text import examples_text
+from .console import ManyValues, Quiet, Verbose
 from .lazy import Verb, lazy_group, verbs_of_guests
-from .many_values import ManyValues
-from .verbosity import Quiet, Verbose
+from .usage import examples_text
 
 VERBS = (
     Verb("import", "Read a log of any kind, say what was taken for what, and keep it as a record."),

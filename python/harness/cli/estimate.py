@@ -13,20 +13,22 @@ import typer
 
 from ..base.files import result_folder
 from ..show.model_file_names import ESTIMATION_FILES
-from .common import about
-from .console import Console, print_blocks
-from .log_options import Maps, SamplingTime, hints_of, read_io
+from .console import Console, about, print_blocks
 from .next_command import Given, export_line, print_next, print_tries
 from .options import (
     RECORD_HELP,
     AsJson,
     Delay,
     InputColumn,
+    Maps,
     Offset,
     OutputColumn,
     PastInputs,
     PastOutputs,
     Reset,
+    SamplingTime,
+    hints_of,
+    read_io,
 )
 from .policy_option import Lambda0, PolicyName, PolicySettings, make_policy, policy_words
 
@@ -143,9 +145,8 @@ def _estimate_record(
     """Estimates one record; `policy` is the forgetting as options of the export, None without."""
     from ..base.encoding import to_plain
     from ..models.estimation import estimate
-    from ..models.estimation.advice import advise
-    from ..models.estimation.words import advice_words
-    from ..records.origin import with_reading
+    from ..models.estimation.advice import advice_words, advise
+    from ..records.record import with_reading
     from ..show.model_blocks import estimate_told
 
     record = given.record
@@ -163,7 +164,7 @@ def _estimate_record(
             reset = [] if recursion.reset else ["--no-reset"]
             following = export_line(given, recursion.orders, [*policy, *reset])
         if folder is not None:
-            from ..show.model_files import write_estimation
+            from ..show.model_figures import write_estimation
 
             write_estimation(folder, result, data.dt_s, origin, advice)
     if as_json:

@@ -10,9 +10,8 @@ from typing import TYPE_CHECKING
 import typer
 
 from ..base.files import result_folder
-from .common import refuse
-from .console import Console, note, print_blocks
-from .log_options import check_signals, show_origin
+from .console import Console, note, print_blocks, refuse
+from .options import check_signals, show_origin
 from .progress import progress_of
 
 if TYPE_CHECKING:

@@ -11,11 +11,19 @@ import typer
 
 from ..base.files import result_files, write_text
 from ..catalogue.policies import POLICIES
-from .common import about
-from .console import Console, note
-from .log_options import Maps, SamplingTime, hints_of, read_io
+from .console import Console, about, note
 from .next_command import Given, estimate_line
-from .options import InputColumn, Offset, OutputColumn, RecordFile, Reset
+from .options import (
+    InputColumn,
+    Maps,
+    Offset,
+    OutputColumn,
+    RecordFile,
+    Reset,
+    SamplingTime,
+    hints_of,
+    read_io,
+)
 from .policy_option import Lambda0, PolicyName, PolicySettings, make_policy, servo_settings
 
 if TYPE_CHECKING:

@@ -1,13 +1,21 @@
 # SPDX-License-Identifier: MIT
-"""`ehsid gap`: diagnoses why the simulator and the machine disagree."""
+"""`ehsid gap`: diagnoses why the simulator and the machine disagree.
+
+The options of a diagnosis on the command line, of every command that diagnoses.
+
+The option --fail-on: a verdict that makes the command end with exit code 3, for CI.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import functools
+import inspect
+import typing
+from collections.abc import Callable, Sequence
 from importlib import import_module
 from pathlib import Path
 from threading import Thread
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -18,15 +26,124 @@ from ..records import NO_HINTS, Hints, Record
 from ..records.record import told_apart
 from ..rigs import Rig, read_rig
 from .console import Console
-from .diagnosis_options import with_diagnosis_options
-from .fail_on import FailOn, fail_if, failing_verdicts
-from .log_options import Maps, SamplingTime, hints_of, read_shown
-from .options import RECORD_HELP, AsJson, RigFile
+from .lazy import effect_ids, verdicts
+from .options import RECORD_HELP, AsJson, Maps, RigFile, SamplingTime, Workers, hints_of, read_shown
 from .progress import progress_of
-from .workers import Workers
 
 if TYPE_CHECKING:
     from ..diagnosis.options import DiagnosisOptions
+
+
+ExcludedEffects = Annotated[
+    list[str] | None,
+    typer.Option(
+        metavar="ID...",
+        help="effects of the catalogue to leave out",
+        autocompletion=effect_ids,
+    ),
+]
+
+
+def diagnosis_options(exclude_effect: ExcludedEffects = None) -> DiagnosisOptions:
+    """Returns what these options say; each argument is an option of the commands.
+
+    Raises
+    ------
+    ValueError
+        an option cannot be used.
+    """
+    from ..diagnosis.options import DiagnosisOptions
+
+    return DiagnosisOptions(exclude_effect or ())
+
+
+def with_diagnosis_options(command: Callable[..., None]) -> Callable[..., None]:
+    """Returns a command with the options of a diagnosis, which it gets as the value `options`."""
+    chosen = inspect.signature(diagnosis_options).parameters
+
+    @functools.wraps(command)
+    def run(**given: Any) -> None:
+        options = diagnosis_options(**{name: given.pop(name) for name in chosen})
+        command(**given, options=options)
+
+    types = typing.get_type_hints(diagnosis_options, localns=_LATER, include_extras=True)
+    types |= typing.get_type_hints(command, localns=_LATER, include_extras=True)
+    parameters: list[inspect.Parameter] = []
+    for one in inspect.signature(command).parameters.values():
+        parameters += chosen.values() if one.name == "options" else [one]
+    # Typer reads the options of a command off its signature.
+    run.__signature__ = inspect.Signature(parameters)  # type: ignore[attr-defined]
+    run.__annotations__ = {one.name: types[one.name] for one in parameters}
+    return run
+
+
+# The type is imported only where a command runs: --help shall be fast.
+_LATER = {"DiagnosisOptions": object}
+
+
+EXIT_CODE = 3
+ANY = "any"
+
+FailOn = Annotated[
+    str | None,
+    typer.Option(
+        metavar="VERDICT,...",
+        help=f"exit code {EXIT_CODE} if the verdict is one of these, for CI; '{ANY}': each but "
+        "no_gap. The results are written all the same",
+        show_default=False,
+        autocompletion=verdicts,
+    ),
+]
+
+
+def failing_verdicts(text: str | None) -> frozenset[str]:
+    """Returns the verdicts that an option names.
+
+    Raises
+    ------
+    ValueError
+        one of the words is no verdict.
+    """
+    if text is None:
+        return frozenset()
+    from ..diagnosis.schema import Verdict
+    from ..records.errors import nearest_name
+
+    known: tuple[str, ...] = typing.get_args(Verdict)
+    found: set[str] = set()
+    for word in map(str.strip, text.split(",")):
+        if word == ANY:
+            found.update(verdict for verdict in known if verdict != "no_gap")
+        elif word in known:
+            found.add(word)
+        else:
+            nearest = nearest_name(word, [*known, ANY])
+            hint = f"; did you mean '{nearest}'?" if nearest else ""
+            raise ValueError(
+                f"--fail-on '{word}': expected verdicts with commas between them, of "
+                f"{', '.join(known)}, or {ANY}{hint}"
+            )
+    return frozenset(found)
+
+
+def fail_if(found: Sequence[str], of: str) -> None:
+    """Ends the program with exit code 3 if verdicts were found that must not be.
+
+    Parameters
+    ----------
+    found
+        what was found of the verdicts that the user named, each with its place.
+    of
+        what `found` has, for the message.
+    """
+    if found:
+        typer.echo(
+            f"ehsid: the exit code is {EXIT_CODE}, because --fail-on names {of}: "
+            f"{'; '.join(found)}",
+            err=True,
+        )
+        raise typer.Exit(EXIT_CODE)
+
 
 NEEDED_COLUMNS = (*REQUIRED_COLUMNS, POSITION)
 
@@ -86,7 +203,7 @@ def gap_command(
         # How a log was read is shown above, as a table.
         told = [remark for record in named for remark in how_read(record)]
         # The libraries that draw the page take a second to import, which fits beside the diagnosis.
-        Thread(target=import_module, args=("ehsid.harness.show.diagnosis_files",)).start()
+        Thread(target=import_module, args=("ehsid.harness.show.gap_page",)).start()
         with progress_of(f"diagnosing {rig.name}") as progress, using(workers):
             diagnosis = diagnose(
                 named[: len(fitted)],
@@ -97,7 +214,7 @@ def gap_command(
                 begun=lambda stage: progress.stage(STAGES[stage]),
             )
             progress.stage("writing the report")
-        from ..show.diagnosis_files import write_diagnosis
+        from ..show.gap_page import write_diagnosis
 
         write_diagnosis(folder, diagnosis, named, str(rig_file))
     if as_json:

@@ -16,14 +16,9 @@ from ..base.files import check_result_folder, result_folder
 from ..records import NO_HINTS, Hints
 from ..records.record import told_apart
 from ..rigs import read_rig
-from .common import refuse
-from .console import Console, note, print_blocks
-from .diagnosis_options import with_diagnosis_options
-from .fail_on import ANY, FailOn, fail_if, failing_verdicts
-from .gap import read_for
-from .log_options import Maps, SamplingTime, hints_of
-from .options import AsJson
-from .workers import Dask, Workers, on
+from .console import Console, note, print_blocks, refuse
+from .gap import ANY, FailOn, fail_if, failing_verdicts, read_for, with_diagnosis_options
+from .options import AsJson, Dask, Maps, SamplingTime, Workers, hints_of, on
 
 if TYPE_CHECKING:
     from ..diagnosis.job import Job
@@ -111,8 +106,8 @@ def gap_fleet_command(
     from ..diagnosis import diagnose
     from ..fleet.ranking import read_fleet
     from ..fleet.running import machine_folders, run_fleet, unfinished_machines
-    from ..show.diagnosis_files import write_diagnosis
     from ..show.fleet_page import FILES, write_fleet
+    from ..show.gap_page import write_diagnosis
     from .case_progress import shown
 
     failing = failing_verdicts(fail_on)
@@ -168,7 +163,7 @@ def _found(fleet: Fleet, failing: frozenset[str]) -> list[str]:
 def _print(fleet: Fleet, page: Path, console: Console) -> None:
     from ..show.fleet_page import fleet_lead, verdict_text
     from ..show.page import Table
-    from ..show.shares import percent
+    from ..show.units import percent
 
     for sentence in fleet_lead(fleet):
         console.print(sentence)

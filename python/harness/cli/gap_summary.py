@@ -8,9 +8,15 @@ from pathlib import Path
 
 from ..diagnosis.result import Diagnosis
 from ..diagnosis.schema import Remark
-from ..show.gap_brief import brief_tables, told_reasons, told_remarks
-from ..show.gap_words import VERDICTS, effect_set, plain_name
-from ..show.shares import percent
+from ..show.gap_words import (
+    VERDICTS,
+    brief_tables,
+    effect_set,
+    plain_name,
+    told_reasons,
+    told_remarks,
+)
+from ..show.units import percent
 from .console import Console, print_blocks, print_points
 
 

@@ -12,11 +12,18 @@ import typer
 
 from ..base.files import result_folder
 from ..show.model_file_names import IDENTIFICATION_FILES
-from .common import about
-from .console import Console, print_blocks
-from .log_options import Maps, SamplingTime, hints_of, read_io
+from .console import Console, about, print_blocks
 from .next_command import Given, estimate_line, print_next
-from .options import AsJson, InputColumn, OutputColumn, RecordFile
+from .options import (
+    AsJson,
+    InputColumn,
+    Maps,
+    OutputColumn,
+    RecordFile,
+    SamplingTime,
+    hints_of,
+    read_io,
+)
 
 
 def identify_command(
@@ -39,8 +46,8 @@ def identify_command(
     ehsid identify log.mf4 --map "command_v=Valve" --map "position_m=Stroke \[mm]"
     """
     from ..models.identification import identify
-    from ..models.identification.search_range import MOST_DELAY, MOST_ORDER, parse_range
-    from ..records.origin import with_reading
+    from ..models.identification.selection import MOST_DELAY, MOST_ORDER, parse_range
+    from ..records.record import with_reading
     from ..show.model_blocks import model_told
 
     with (
@@ -58,7 +65,7 @@ def identify_command(
         following = estimate_line(given, result.chosen.orders)
         blocks = model_told(result, input_name, output_name).blocks()
         if folder is not None:
-            from ..show.model_files import write_identification
+            from ..show.model_figures import write_identification
 
             blocks.append(write_identification(folder, result, data, origin))
     if as_json:

@@ -12,8 +12,7 @@ import typer
 
 from ..base.files import result_files
 from .console import Console
-from .log_options import Maps, SamplingTime, hints_of, show_origin
-from .options import AsJson, RecordFile
+from .options import AsJson, Maps, RecordFile, SamplingTime, hints_of, show_origin
 
 if TYPE_CHECKING:
     from ..records import Record

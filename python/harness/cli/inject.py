@@ -9,11 +9,9 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from ..base.files import result_files
-from .common import check_ending
-from .completing import injected_effects
-from .console import Console
-from .log_options import Maps, SamplingTime, hints_of, read_shown
-from .options import RECORD_HELP, AsJson
+from .console import Console, check_ending
+from .lazy import injected_effects
+from .options import RECORD_HELP, AsJson, Maps, SamplingTime, hints_of, read_shown
 
 if TYPE_CHECKING:
     from ..signals.injection import Answer

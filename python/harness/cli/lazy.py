@@ -1,5 +1,8 @@
 # SPDX-License-Identifier: MIT
-"""Imports a command only when it is called, so that `ehsid --help` answers at once."""
+"""Imports a command only when it is called, so that `ehsid --help` answers at once.
+
+Values that a shell completes, beside the commands, options and choices that typer knows.
+"""
 
 from __future__ import annotations
 
@@ -17,12 +20,9 @@ from typing import Any
 import typer
 from typer.core import TyperCommand, TyperGroup
 
-from ..base.error_words import error_words, fault_words, install_line
-from ..base.text import printable
-from .common import refuse
-from .help_text import examples_text, help_text
-from .usage import UsageError, usage_message
-from .verbosity import LOGGER, with_verbosity
+from ..base.error_words import error_words, fault_words, install_line, printable
+from .console import LOGGER, refuse, with_verbosity
+from .usage import UsageError, examples_text, help_text, usage_message
 
 
 @dataclass(frozen=True)
@@ -225,3 +225,36 @@ def inner_group(name: str, summary: str, verbs: Iterable[Verb]) -> TyperGroup:
     for verb in verbs:
         group.add_command(DeferredCommand(verb))
     return group
+
+
+def effect_ids(incomplete: str) -> list[str]:
+    """Returns the ids of the catalogue that begin so."""
+    from ..catalogue.parameters import effects
+
+    return [effect for effect in effects() if effect.startswith(incomplete)]
+
+
+def injected_effects(incomplete: str) -> list[str]:
+    """Returns the effects that can be injected into a log and begin so."""
+    from ..signals.injection.effects import COMMAND, POSITION
+
+    return [effect for effect in (*COMMAND, *POSITION) if effect.startswith(incomplete)]
+
+
+def effect_sizes(incomplete: str) -> list[str]:
+    """Returns EFFECT.PARAMETER= for all parameters of effects that begin so."""
+    from ..catalogue.parameters import effects
+
+    named = [f"{info.id}.{one.name}=" for info in effects().values() for one in info.parameters]
+    return [name for name in named if name.startswith(incomplete)]
+
+
+def verdicts(incomplete: str) -> list[str]:
+    """Returns the verdicts, the last of several with commas between them."""
+    import typing
+
+    from ..diagnosis.schema import Verdict
+
+    before, comma, last = incomplete.rpartition(",")
+    words = [*typing.get_args(Verdict), "any"]
+    return [f"{before}{comma}{word}" for word in words if word.startswith(last)]

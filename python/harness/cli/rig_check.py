@@ -14,8 +14,7 @@ import typer
 from ..base.encoding import to_plain
 from ..base.files import result_folder
 from .console import Console, print_blocks
-from .log_options import Maps, SamplingTime, hints_of, read_shown
-from .options import RECORD_HELP, AsJson
+from .options import RECORD_HELP, AsJson, Maps, SamplingTime, hints_of, read_shown
 
 if TYPE_CHECKING:
     from ..fitness import RecordCheck
@@ -25,7 +24,7 @@ MOST_RECORDS = 100
 
 
 def _print(checks: Sequence[RecordCheck], console: Console) -> None:
-    from ..show.rig_check_files import check_table
+    from ..show.rig_check import check_table
 
     for check in checks:
         console.print(f"{check.record}:")
@@ -59,7 +58,7 @@ def rig_check_command(
     """
     from ..fitness import check_rig, rig_check_file
     from ..rigs import read_rig
-    from ..show.rig_check_files import files_of, pictures_of, write_rig_check
+    from ..show.rig_check import files_of, pictures_of, write_rig_check
 
     if len(records) > MOST_RECORDS:
         raise ValueError(f"{len(records)} records: expected at most {MOST_RECORDS}; name fewer")

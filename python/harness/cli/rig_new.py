@@ -12,8 +12,7 @@ import typer
 
 from ..base.files import result_files, write_text
 from ..rigs.questions import EXAMPLES, QUESTIONS, Question, help_of
-from .common import refuse
-from .console import Console, print_blocks
+from .console import Console, print_blocks, refuse
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -124,7 +123,7 @@ def _of_one_edge(
     known: dict[str, Quantity], over: DropOver | None, asked: bool, console: Console
 ) -> None:
     """Makes the rated drop that of one edge; asks, or says which was taken."""
-    from ..rigs.answers import of_one_edge
+    from ..rigs.questions import of_one_edge
 
     drop = known.get("rated-drop")
     if drop is None:
@@ -241,8 +240,8 @@ def rig_new_command(
         "pressure-noise": pressure_noise,
     }
     with result_files(out, "rig-new") as folder:
-        from ..rigs.answers import check_pairs, rig_file_text
         from ..rigs.new import axis_entries, ehs_entries
+        from ..rigs.questions import check_pairs, rig_file_text
 
         known, asked = _known(plant, given, console)
         assumed = [

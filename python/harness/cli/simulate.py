@@ -12,11 +12,9 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from ..base.files import result_files
-from .common import check_ending
-from .completing import effect_sizes
-from .console import Console, print_blocks
-from .log_options import Maps, hints_of, show_read
-from .options import AsJson, SignalName
+from .console import Console, check_ending, print_blocks
+from .lazy import effect_sizes
+from .options import AsJson, Maps, SignalName, hints_of, show_read
 from .progress import progress_of
 
 if TYPE_CHECKING:
@@ -101,13 +99,8 @@ def simulate_command(
     from ..rigs import read_rig
     from ..show.model_blocks import run_table
     from ..signals.simulation import draw_noise, parse_settings, simulate, simulate_closed_loop
-    from ..signals.simulation.logged_command import logged_command
-    from ..signals.simulation.signal_options import (
-        SignalOptions,
-        as_command,
-        as_reference,
-        check_start,
-    )
+    from ..signals.simulation.run import logged_command
+    from ..signals.simulation.settings import SignalOptions, as_command, as_reference, check_start
 
     if (command is None) == (excitation is None):
         raise ValueError(

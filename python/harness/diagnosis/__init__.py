@@ -2,9 +2,9 @@
 """Diagnosis of why simulator and record disagree; returns typed findings, no plots or files."""
 
 from .data.floor import NoiseFloor, noise_floor
-from .decision.words import in_words
+from .decision.effect_selection import in_words
 from .diagnosis import diagnose
-from .interim import STAGES
+from .job import STAGES
 from .model.comparison import Compared, GapFigure, gap_figure
 from .model.fit import Fit, fit
 from .model.parameters import Parameter, calibration_parameters, effect_parameters

@@ -13,29 +13,25 @@ from msgspec.structs import replace as replace_part
 
 from ..base.error_words import error_words
 from ..base.parallel import Progress, single_threaded_algebra
-from ..catalogue.keys import ParameterKey
+from ..catalogue.spellings import ParameterKey
 from ..records import Record
 from ..rigs import Rig
-from ..rigs.table_words import table_subsystem
-from .data.bootstrap import BOOTSTRAP_SEED
+from ..rigs.rig import table_subsystem
 from .data.gate import gate, usable_part
-from .data.regimes import Regimes, visited
+from .data.regimes import BOOTSTRAP_SEED, Regimes, visited
 from .deciding import EFFECT, FIT_TOGETHER, WORSE_HELD_OUT
 from .decision import results
-from .decision.decision import least_loss
-from .decision.effect_selection import Selection, select_effects
-from .decision.evidence import left
-from .decision.posterior import with_law
+from .decision.effect_selection import Selection, least_loss, select_effects
+from .decision.posterior import left, with_law
 from .decision.verdict import Decision, decide
-from .interim import LOGGER, Begun, Watch, look_for
+from .job import LOGGER, Begun, Pace, Watch, look_for
 from .laws.choosing import LawsFound, missing_laws
-from .laws.equation_shares import equation_shares
-from .laws.words import sentence
+from .laws.fitting import equation_shares
+from .laws.forms import sentence
 from .model.case import Case, make_case
 from .model.comparison import BLOCK_S
 from .next.next_experiment import next_experiment
 from .options import DEFAULTS, DiagnosisOptions
-from .pace import Pace
 from .result import Diagnosis, HeldOutRun, Stage, UnknownInput
 from .schema import (
     NOWHERE,
@@ -52,8 +48,7 @@ from .schema import (
 )
 from .search.candidates import FittedCandidate, calibrate_nuisances, decision_case
 from .search.identifiability import effects_hardly_shown, unidentifiable_effects
-from .search.localisation import localise
-from .search.quantised import QUANTISATION, position_step
+from .search.maps import QUANTISATION, localise, position_step
 from .search.search import Look, SearchResult, candidate_effects, search
 
 # Probability of an effect that the record itself shows. In three of a hundred cases the cause is

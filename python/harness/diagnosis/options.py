@@ -15,7 +15,7 @@ from ..rigs.checks import unknown
 class DiagnosisOptions:
     """The options of a diagnosis.
 
-    The command line makes them in `cli/diagnosis_options.py`, the Python interface of the keyword
+    The command line makes them in `cli/gap.py`, the Python interface of the keyword
     arguments in `DiagnosisChoices`. Workbench, fleets and the lab hand the value on as it is.
 
     Attributes

@@ -12,8 +12,8 @@ import numpy.typing as npt
 
 import ehsid
 
-from ..base.arrays import FloatArray
 from ..base.encoding import to_plain
+from ..base.numbers import FloatArray
 from ..records import Record
 from ..rigs import Rig
 from .schema import (

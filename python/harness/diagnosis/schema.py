@@ -21,7 +21,7 @@ import msgspec
 import numpy as np
 
 from ..base.encoding import from_json, to_plain
-from ..rigs.table_law import TableLaw
+from ..rigs.rig import TableLaw
 
 SCHEMA_VERSION: Literal[1] = 1
 NEXT_EXPERIMENT = "next_experiment.csv"

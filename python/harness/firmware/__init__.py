@@ -6,13 +6,18 @@
 >>> text = render_header(export.configuration, trace, name="servo")
 """
 
-from .c_header import render_c_header
 from .configuration import EstimatorConfiguration, Seed
-from .header import check_name, float32_literal, render_header
+from .header import (
+    GoldenTrace,
+    check_name,
+    float32_literal,
+    liveliest,
+    render_c_header,
+    render_header,
+)
 from .of_record import FILE_NAMES, Header, chosen_orders, header_of_record
 from .seeding import Export, configure_from_record
 from .servo import ServoHeader, ServoSettings, render_servo_header, servo_header_of_record
-from .trace import GoldenTrace, liveliest
 
 __all__ = [
     "FILE_NAMES",

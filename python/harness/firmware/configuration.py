@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 import ehsid
 
-from ..base.arrays import FloatArray
+from ..base.numbers import FloatArray
 from ..models.identification import ArxOrders, IdentificationError
 
 

@@ -1,18 +1,88 @@
 # SPDX-License-Identifier: MIT
-"""Renders a configuration as a C++ header with bit-exact hexadecimal float32 literals."""
+"""Renders a configuration as a C++ header with bit-exact hexadecimal float32 literals.
+
+Golden trace for the self-test of the target: some samples and the results of the estimator.
+
+Renders a configuration as a C99 header for ehsid/c_api.h, with the numbers of the C++ header.
+"""
 
 from __future__ import annotations
 
 import re
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import jinja2
 import numpy as np
+import numpy.typing as npt
 
 import ehsid
 
+from ..models.identification import IoData
 from .configuration import EstimatorConfiguration, Seed
-from .trace import GoldenTrace
+
+Float32 = npt.NDArray[np.float32]
+
+TRACE_SAMPLES = 64
+
+
+@dataclass(frozen=True, eq=False)
+class GoldenTrace:
+    """Samples of a record and results of the estimator, as float32.
+
+    Attributes
+    ----------
+    command, position
+        samples, shape (m,), in the units of the signals.
+    innovation
+        `innovation` of the estimator after each sample, shape (m,); 0 before the first estimate.
+    theta
+        estimate after the last sample, shape (n,).
+    """
+
+    command: Float32
+    position: Float32
+    innovation: Float32
+    theta: Float32
+
+    @classmethod
+    def of(
+        cls, configuration: EstimatorConfiguration, u: npt.ArrayLike, y: npt.ArrayLike
+    ) -> GoldenTrace:
+        """Runs a new estimator over m samples of command u and position y, each of shape (m,)."""
+        command, position = np.asarray(u, dtype=np.float32), np.asarray(y, dtype=np.float32)
+        estimator = configuration.estimator()
+        innovation = []
+        for one_command, one_position in zip(command, position, strict=True):
+            estimator.step(float(one_command), float(one_position))
+            innovation.append(estimator.innovation)
+        return cls(
+            command,
+            position,
+            np.array(innovation, dtype=np.float32),
+            estimator.theta_hat.astype(np.float32),
+        )
+
+
+def liveliest(data: IoData, length: int = TRACE_SAMPLES) -> tuple[Float32, Float32]:
+    """Returns the window of command and position samples with the largest sum of scaled variances.
+
+    The window has `length` samples, or is a whole segment if no segment is that long. Many records
+    begin at rest, where a trace would show nothing. Neither signal may be constant.
+    """
+    scale_u, scale_y = np.std(data.u), np.std(data.y)
+    best, found = -1.0, slice(0, 0)
+    for segment in data.segments:
+        width = min(length, segment.stop - segment.start)
+        windows = np.lib.stride_tricks.sliding_window_view
+        lively = windows(data.u[segment], width).var(axis=1) / scale_u**2
+        lively = lively + windows(data.y[segment], width).var(axis=1) / scale_y**2
+        at = int(np.argmax(lively))
+        # A longer window always has priority over a shorter one.
+        if (width, float(lively[at])) > (found.stop - found.start, best):
+            best, found = float(lively[at]), slice(segment.start + at, segment.start + at + width)
+    return data.u[found].astype(np.float32), data.y[found].astype(np.float32)
+
 
 # The list has the keywords of C++20, too, so that a header still compiles after the firmware
 # changes to that standard.
@@ -195,4 +265,76 @@ def render_header(
         dt_s=dt_s,
         trace=trace,
         samples=list(zip(trace.command, trace.position, trace.innovation, strict=True)),
+    )
+
+
+SCALING = ("command_scale", "position_scale", "command_offset", "position_offset")
+RLS = ("information_margin", "covariance_ceiling")
+RESET = ("short_window", "long_window", "trigger_ratio", "release_ratio", "cool_down", "floor")
+CONVERGENCE = ("tolerance", "magnitude", "hold")
+
+
+def _member(name: str, value: float) -> str:
+    """Returns a designated initialiser in C; an integer stays an integer."""
+    if isinstance(value, int):
+        return f".{name} = {value},"
+    return f".{name} = {float32_literal(value)}, /* {np.float32(value):.6g} */"
+
+
+def _members(settings: object, names: Sequence[str], prefix: str = "") -> list[str]:
+    return [_member(f"{prefix}{name}", getattr(settings, name)) for name in names]
+
+
+def render_c_header(
+    configuration: EstimatorConfiguration,
+    *,
+    name: str,
+    dt_s: float | None = None,
+    provenance: Sequence[str] = (),
+) -> str:
+    """Returns the text of the header: `NAME_configuration` and, with a seed, `NAME_estimate`.
+
+    Parameters
+    ----------
+    configuration
+        settings and seed; at least two parameters, as any ARX model has.
+    name
+        prefix of the names that the header defines.
+    dt_s
+        sampling time, s; None if it is not known.
+    provenance
+        lines of the comment at the top that say where the numbers come from.
+
+    Raises
+    ------
+    ValueError
+        the name is not valid in C++, or a number is not finite in float32.
+    """
+    orders, seed = configuration.orders, configuration.seed
+    members = policy_members(configuration.forgetting)
+    reset = configuration.reset
+    # The C structure always has these members. Without a reset they get the C++ defaults, which are
+    # valid and not used.
+    thresholds = ehsid.RmseResetOptions() if reset is None else reset
+    settings = [
+        *_members(configuration.scaling, SCALING),
+        *(_member(f"forgetting.{name}", value) for name, value in members),
+        *_members(configuration.rls, RLS),
+        f".reset_enabled = {'false' if reset is None else 'true'},",
+        *_members(thresholds, RESET, "reset_"),
+        *_members(configuration.convergence, CONVERGENCE, "convergence_"),
+        _member("variance0", float(configuration.variance0)),
+        _member("input_limit", float(configuration.input_limit)),
+    ]
+    return template("configuration.h.j2").render(
+        name=check_name(name),
+        version=ehsid.__version__,
+        # Each line stands in a block comment and must not end it.
+        provenance=[comment(line).replace("*/", "*_") for line in provenance],
+        orders=orders,
+        policy=configuration.forgetting.info.id,
+        settings=settings,
+        seed=seed,
+        upper=[] if seed is None else upper_triangle(seed),
+        dt_s=dt_s,
     )

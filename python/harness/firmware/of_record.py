@@ -9,12 +9,10 @@ from pathlib import Path
 
 import ehsid
 
-from ..base.manifest import sha256_of
+from ..base.exchange import sha256_of
 from ..models.identification import ArxOrders, IoData, identify
-from .c_header import render_c_header
-from .header import check_name, render_header
+from .header import GoldenTrace, check_name, liveliest, render_c_header, render_header
 from .seeding import Export, configure_from_record
-from .trace import GoldenTrace, liveliest
 
 # Names of the file without another wish, by whether it is C.
 FILE_NAMES = {False: "servo_configuration.hpp", True: "servo_configuration.h"}

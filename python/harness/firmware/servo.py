@@ -11,9 +11,9 @@ import numpy as np
 
 import ehsid
 
-from ..base.manifest import sha256_of
+from ..base.exchange import sha256_of
+from ..models.estimation.advice import servo_words
 from ..models.estimation.servo import MOST_DELAY, ServoPath, estimate_servo
-from ..models.estimation.words import servo_words
 from ..models.identification import IdentificationError, IoData
 from .header import check_name, comment, template
 

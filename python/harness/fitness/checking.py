@@ -9,18 +9,26 @@ from collections.abc import Sequence
 import numpy as np
 
 from ..catalogue.channels import COMMAND, POSITION, SUPPLY_PRESSURE
-from ..diagnosis.data.gate import usable_part
-from ..diagnosis.data.gate_channels import check_saturated, check_spikes
-from ..diagnosis.data.gate_clock import check_clock, longer
+from ..diagnosis.data.gate import check_saturated, check_spikes, usable_part
+from ..diagnosis.data.gate_ranges import check_clock, longer
 from ..diagnosis.schema import Remark
 from ..records import Record
 from ..rigs import Rig
-from .balance import moved_mass
-from .edges import Edges, edges
-from .finding import Finding, RecordCheck, Status, finding, judged, untold
-from .limits import command_findings, doubted_units, measured_supply, sign_findings, stroke_finding
+from .finding import (
+    Finding,
+    RecordCheck,
+    Status,
+    command_findings,
+    doubted_units,
+    finding,
+    judged,
+    measured_supply,
+    sign_findings,
+    stroke_finding,
+    untold,
+)
 from .motion import Areas, FlowGain, Motion, areas, expected_speed, flow_gain, has_pressures, motion
-from .ringing import ringing_finding
+from .ringing import Edges, edges, moved_mass, ringing_finding
 
 LEAST_SAMPLES = 200
 # How well the comparisons themselves are, relative. Chamber pressures give the flow of each edge,

@@ -15,8 +15,8 @@ from pathlib import Path
 import ehsid
 
 from ..base.error_words import error_words
+from ..base.exchange import sha256_of
 from ..base.files import is_incomplete, temporary_folder
-from ..base.manifest import sha256_of
 from ..diagnosis.job import (
     DIAGNOSIS,
     ERROR,

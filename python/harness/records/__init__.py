@@ -10,9 +10,8 @@ from ..catalogue.channels import CHANNELS, REQUIRED_COLUMNS, Channel
 from .errors import RecordError
 from .layout import ColumnMap, Layout
 from .mapping import NO_HINTS, Hints
-from .origin import Origin, Taken
 from .reading import read_record
-from .record import Record, make_record
+from .record import Origin, Record, Taken, make_record
 from .timebase import Gap, Jitter, TimeBase
 from .writing import write_record
 

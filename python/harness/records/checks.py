@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from ..base.arrays import FloatArray, masked_count
+from ..base.numbers import FloatArray, masked_count
 from ..catalogue.channels import CHANNELS, COMMAND, TIME
 from .errors import RecordError
 

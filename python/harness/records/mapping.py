@@ -16,8 +16,7 @@ from types import MappingProxyType
 from ..catalogue.channels import CHANNELS, TIME
 from .errors import nearest_name
 from .layout import ColumnMap, Layout, is_convertible, layout_of, names_in_file, usual_units
-from .origin import toml_string
-from .record import Record
+from .record import Record, toml_string
 
 # Begins the reason of a column that [columns] of a rig names; one that --map names is only "named".
 NAMED_BY_RIG = "named in [columns]"

@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING
 
 from ..catalogue.channels import CHANNELS, COMMAND, POSITION, REQUIRED_COLUMNS, TIME
 from .checks import check_columns, has_sentinels, without_useless
-from .errors import RecordError
+from .errors import RecordError, bounded_memory, decompress, read_file
 from .layout import (
     ColumnMap,
     Layout,
@@ -28,10 +28,8 @@ from .layout import (
     layout_of,
     names_in_file,
 )
-from .limits import bounded_memory, decompress, read_file
 from .mapping import NO_HINTS, Hints, Request, units_differ
-from .origin import Origin, without_numbers
-from .record import Record, make_record
+from .record import Origin, Record, make_record, without_numbers
 from .timebase import TimeError, gap_remarks
 
 if TYPE_CHECKING:

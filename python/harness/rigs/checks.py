@@ -11,8 +11,8 @@ from typing import Any
 import ehsid
 
 from ..catalogue.channels import CHANNELS
-from ..catalogue.keys import ParameterKey
 from ..catalogue.parameters import acts_on, belongs_to, effects, names_of, plant_parameters
+from ..catalogue.spellings import ParameterKey
 from ..records.errors import nearest_name
 
 HIDDEN_SPOOL = "nuisance.spool_bandwidth_hz"

@@ -1,17 +1,22 @@
 # SPDX-License-Identifier: MIT
-"""Makes a rig of what an engineer knows of her machine; typical values fill the rest."""
+"""Makes a rig of what an engineer knows of her machine; typical values fill the rest.
+
+Rig of the published experiment, which commands use if no rig file is given.
+"""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
+from importlib.resources import files
 
 from ..catalogue.parameters import plant_parameters
-from . import typical
+from . import quantities
 from .errors import RigError
-from .quantities import Quantity
-from .typical import Typical
+from .quantities import Quantity, Typical
+from .reading import parse_rig
+from .rig import Rig
 
 # Relative 1-sigma of what is given, with the reason.
 GIVEN = {
@@ -103,18 +108,18 @@ def ehs_entries(known: Mapping[str, Quantity], *, double_rod: bool, hoses: bool)
     annulus = cap - 0.25 * math.pi * rod**2
     for side, area in (("a", cap), ("b", annulus)):
         _dead_volume(entries, f"cylinder.dead_volume_{side}_m3", area * stroke)
-    oil = entries.either("fluid.bulk_modulus_pa", "bulk-modulus", typical.bulk_modulus(hoses))
+    oil = entries.either("fluid.bulk_modulus_pa", "bulk-modulus", quantities.bulk_modulus(hoses))
     half = 0.5 * stroke
     stiffness = oil * sum(
         area**2 / (entries.values[f"cylinder.dead_volume_{side}_m3"] + area * half)
         for side, area in (("a", cap), ("b", annulus))
     )
-    entries.either("load.mass_kg", "mass", typical.load_mass(stiffness))
+    entries.either("load.mass_kg", "mass", quantities.load_mass(stiffness))
     supply = entries.given("supply.pressure_pa", "supply")
-    tank = entries.either("supply.tank_pressure_pa", "tank", typical.tank_pressure())
+    tank = entries.either("supply.tank_pressure_pa", "tank", quantities.tank_pressure())
     flow = entries.given("valve.rated_flow_m3_s", "rated-flow")
-    drop = entries.either("valve.rated_pressure_drop_pa", "rated-drop", typical.rated_drop())
-    entries.either("valve.rated_command_v", "rated-command", typical.rated_command())
+    drop = entries.either("valve.rated_pressure_drop_pa", "rated-drop", quantities.rated_drop())
+    entries.either("valve.rated_command_v", "rated-command", quantities.rated_command())
     if min(drop, supply - tank) <= 0.0:
         raise RigError(
             "rig new", ["expected a rated drop above 0 and a supply above the tank pressure"]
@@ -124,23 +129,23 @@ def ehs_entries(known: Mapping[str, Quantity], *, double_rod: bool, hoses: bool)
     entries.either(
         "load.viscous_friction_n_s_m",
         "viscous-friction",
-        typical.viscous_friction(
+        quantities.viscous_friction(
             supply * cap, speed, known["oil"].value if "oil" in known else None
         ),
     )
     if "accumulator-volume" in known:
         _accumulator(entries, supply, flow)
     entries.either(
-        "effects.valve_lag.bandwidth_hz", "valve-bandwidth", typical.valve_bandwidth(flow, drop)
+        "effects.valve_lag.bandwidth_hz", "valve-bandwidth", quantities.valve_bandwidth(flow, drop)
     )
-    entries.typical("effects.valve_lag.damping", typical.valve_damping())
+    entries.typical("effects.valve_lag.damping", quantities.valve_damping())
     if "friction" in known:
         entries.given("effects.coulomb_friction.force_n", "friction")
-    entries.sensor("position_noise_m", "position-noise", typical.position_noise(stroke))
-    entries.sensor("velocity_noise_m_s", "", typical.VELOCITY_NOISE_M_S)
+    entries.sensor("position_noise_m", "position-noise", quantities.position_noise(stroke))
+    entries.sensor("velocity_noise_m_s", "", quantities.VELOCITY_NOISE_M_S)
     for name in ("pressure_a_noise_pa", "pressure_b_noise_pa", "supply_pressure_noise_pa"):
-        entries.sensor(name, "pressure-noise", typical.pressure_noise(supply))
-    entries.sensor("spool_noise", "", typical.SPOOL_NOISE)
+        entries.sensor(name, "pressure-noise", quantities.pressure_noise(supply))
+    entries.sensor("spool_noise", "", quantities.SPOOL_NOISE)
     return entries.all
 
 
@@ -149,10 +154,12 @@ def axis_entries(known: Mapping[str, Quantity]) -> list[Entry]:
     entries = _Entries(known)
     mass = entries.given("axis.mass_kg", "mass")
     entries.given("axis.force_per_volt", "force-gain")
-    entries.either("axis.viscous_friction_n_s_m", "viscous-friction", typical.axis_friction(mass))
+    entries.either(
+        "axis.viscous_friction_n_s_m", "viscous-friction", quantities.axis_friction(mass)
+    )
     if "friction" in known:
         entries.given("effects.coulomb_friction.force_n", "friction")
-    entries.sensor("position_noise_m", "position-noise", typical.position_noise(0.0))
+    entries.sensor("position_noise_m", "position-noise", quantities.position_noise(0.0))
     return entries.all
 
 
@@ -219,10 +226,10 @@ def _dead_volume(entries: _Entries, key: str, swept_m3: float) -> None:
         entries.given(key, "dead-volume")
     elif "line-length" in known and "line-bore" in known:
         line = 0.25 * math.pi * known["line-bore"].value ** 2 * known["line-length"].value
-        volume = line + typical.port_volume(swept_m3)
+        volume = line + quantities.port_volume(swept_m3)
         entries.add(Entry(key, volume, LINES[0], True, shown(key, volume), LINES[1]))
     else:
-        entries.typical(key, typical.dead_volume(swept_m3))
+        entries.typical(key, quantities.dead_volume(swept_m3))
 
 
 def _accumulator(entries: _Entries, supply_pa: float, flow_m3_s: float) -> None:
@@ -243,7 +250,7 @@ def _accumulator(entries: _Entries, supply_pa: float, flow_m3_s: float) -> None:
             ],
         )
     key = "effects.supply_droop.accumulator_capacitance_m3_pa"
-    found = typical.accumulator_capacitance(volume.value, precharge.value, supply_pa)
+    found = quantities.accumulator_capacitance(volume.value, precharge.value, supply_pa)
     most = plant_parameters()[key].maximum
     if found.value > most:
         raise RigError(
@@ -258,7 +265,7 @@ def _accumulator(entries: _Entries, supply_pa: float, flow_m3_s: float) -> None:
     entries.add(Entry(key, found.value, found.sigma, True, text, found.why))
     entries.typical(
         "effects.supply_droop.source_resistance_pa_s_m3",
-        typical.source_resistance(supply_pa, flow_m3_s),
+        quantities.source_resistance(supply_pa, flow_m3_s),
     )
 
 
@@ -286,3 +293,19 @@ def shown(key: str, value: float) -> str:
         if key.endswith(ending):
             return f"{factor * value:.4g} {unit}"
     return f"{value:.4g}"
+
+
+NAME = "published.toml"
+
+
+def published_rig() -> Rig:
+    """Returns the rig of the published experiment.
+
+    Values that the paper does not give are chosen, see published.toml beside this file.
+    """
+    return parse_rig(published_text(), source=NAME)
+
+
+def published_text() -> str:
+    """Returns the rig file of the published experiment."""
+    return files("ehsid.harness.rigs").joinpath(NAME).read_text(encoding="utf-8")

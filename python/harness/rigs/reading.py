@@ -9,8 +9,8 @@ from pathlib import Path
 from typing import Any, cast
 
 from ..catalogue.channels import CHANNELS
-from ..catalogue.keys import effect_values
 from ..catalogue.parameters import PLANTS, effects, parameter_keys
+from ..catalogue.spellings import effect_values
 from ..records import ColumnMap
 from ..records.errors import nearest_name
 from ..records.layout import is_convertible, usual_units
@@ -24,10 +24,8 @@ from .checks import (
     unknown_effect,
     value_text,
 )
-from .errors import RigError
-from .rig import PlantName, Rig
-from .table_law import parse_tables
-from .toml_text import parse_toml, read_text
+from .errors import RigError, parse_toml, read_text
+from .rig import PlantName, Rig, parse_tables
 
 TABLES = ("uncertainty", "sensors", "effects", "columns")
 

@@ -14,9 +14,9 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from ..base.encoding import json_text
+from ..base.error_words import printable
 from ..base.files import write_text
-from ..base.plain_number import plain_number
-from ..base.text import printable
+from ..base.numbers import plain_number
 from ..models.estimation import Coefficient, Estimates
 from ..models.estimation.servo import KEYS
 from . import rendering

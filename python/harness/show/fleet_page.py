@@ -12,15 +12,15 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from ..base.encoding import json_text
+from ..base.error_words import printable
 from ..base.files import write_text
-from ..base.text import printable
-from ..catalogue.keys import ParameterKey
+from ..catalogue.spellings import ParameterKey
 from ..fleet.ranking import Fleet, Machine
 from . import rendering
 from .gap_words import VERDICTS, effect_set, interval, named_effect, plain_name, unit_of, value_name
 from .page import Block, Cell, Link, Page, Picture, Section, Table, Tagged
 from .plotting import BLUE, GREY, ORANGE, styled
-from .shares import percent
+from .units import percent
 
 FILES = ("fleet.html", "fleet.json")
 # The figure shows this many machines, those with the largest gaps; the tables show all.

@@ -1,27 +1,38 @@
 # SPDX-License-Identifier: MIT
-"""Makes the page of a diagnosis: the answers first, then plots, details folded."""
+"""Makes the page of a diagnosis: the answers first, then plots, details folded.
+
+Writes the files of a diagnosis.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from pathlib import Path
 
+import numpy as np
+import polars as pl
+
+from ..base.files import write_text
 from ..catalogue.channels import shown_channel
-from ..diagnosis.result import Diagnosis
-from ..diagnosis.schema import Remark
-from ..records import Origin
-from .gap_brief import told_reasons, told_remarks
-from .gap_facts import change_of, diagnosis_facts
-from .gap_marks import gap_bars, value_table
-from .gap_plots import next_plots, run_blocks
-from .gap_words import SIMULATIONS, VERDICTS, named_effect
-from .next_words import again_command, experiment_steps, experiment_words
+from ..diagnosis.result import Diagnosis, HeldOutRun, diagnosis_text
+from ..diagnosis.schema import NEXT_EXPERIMENT, Remark
+from ..records import Origin, Record
+from ..records.writing import record_bytes
+from ..rigs import rig_text
+from .gap_plots import gap_bars, next_plots, run_blocks, value_table
+from .gap_words import SIMULATIONS, VERDICTS, named_effect, told_reasons, told_remarks
 from .page import Bars, Block, Code, Folded, Heading, Items, Note, Page, Section, Table, Tagged
-from .reading_section import reading_folded
 from .rendering import render_page
-from .shares import percent, percent_interval
-from .where_section import where_section
-from .which_section import missing_law_section, which_section
+from .units import percent, percent_interval
+from .where_section import change_of, diagnosis_facts, reading_folded, where_section
+from .which_section import (
+    again_command,
+    experiment_steps,
+    experiment_words,
+    missing_law_section,
+    which_section,
+)
 
 
 @dataclass(frozen=True)
@@ -254,3 +265,86 @@ def _setting(value: object) -> str:
     if isinstance(value, list | tuple):
         return ", ".join(str(item) for item in value) or "none"
     return f"{value:g}" if isinstance(value, float) else str(value)
+
+
+# Significant digits in simulation.csv: they show a hundredth of the resolution of a 24-bit sensor.
+DIGITS = 9
+
+
+def write_diagnosis(
+    folder: Path, diagnosis: Diagnosis, records: Sequence[Record], rig_file: str
+) -> None:
+    """Writes `RESULT_FILES` into a folder; that of the next experiment only if there is one.
+
+    Parameters
+    ----------
+    folder
+        exists; that of `ehsid.harness.base.files.result_folder` keeps earlier results until all
+        files are written.
+    diagnosis
+        the findings to write.
+    records
+        all records that the diagnosis used, as they were read.
+    rig_file
+        path of the rig file, as the user gave it.
+
+    Raises
+    ------
+    OSError
+        the file system refuses to write.
+    """
+    write_text(folder / "diagnosis.json", diagnosis_text(diagnosis, records, rig_file))
+    write_text(folder / "simulation.csv", simulation_table(diagnosis.runs).write_csv())
+    write_text(folder / "rig.augmented.toml", rig_text(diagnosis.augmented_rig))
+    if diagnosis.next_record is not None:
+        content = record_bytes(diagnosis.next_record, NEXT_EXPERIMENT)
+        (folder / NEXT_EXPERIMENT).write_bytes(content)
+    lines = [
+        RecordLine(
+            record.name,
+            diagnosis.records.get(record.name, ""),
+            str(record.source or record.name),
+            record.sha256 or "",
+            record.origin,
+        )
+        for record in records
+    ]
+    write_text(folder / "report.html", render_diagnosis(diagnosis, lines, rig_file))
+
+
+def simulation_table(runs: Sequence[HeldOutRun]) -> pl.DataFrame:
+    """Returns the held-out samples inside windows with their simulations, one row for each sample.
+
+    The columns are `record`, `time_s`, `window`, and for each output `OUTPUT_measured`,
+    `_nominal`, `_calibrated` and `_augmented`. Cells are empty where a record lacks the output.
+    Numbers have nine significant digits.
+    """
+    names = list(dict.fromkeys(name for run in runs for name in run.measured))
+    parts = [_part(run, names) for run in runs]
+    if not parts:
+        return pl.DataFrame(schema={"record": pl.String, "time_s": pl.Float64, "window": pl.Int64})
+    return pl.concat(parts).with_columns(pl.selectors.float().fill_nan(None).round_sig_figs(DIGITS))
+
+
+def _part(run: HeldOutRun, names: Sequence[str]) -> pl.DataFrame:
+    inside = run.window >= 0
+    kinds = {
+        "measured": run.measured,
+        "nominal": run.nominal,
+        "calibrated": run.calibrated,
+        "augmented": run.augmented,
+    }
+    empty = np.full(run.time_s.size, np.nan)
+    columns = {
+        f"{name}_{kind}": values.get(name, empty)[inside]
+        for name in names
+        for kind, values in kinds.items()
+    }
+    return pl.DataFrame(
+        {
+            "record": [run.record] * int(inside.sum()),
+            "time_s": run.time_s[inside],
+            "window": run.window[inside],
+            **columns,
+        }
+    )

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ..base.plain_number import plain_number
+from ..base.numbers import plain_number
 from ..models.identification.loop import LoopAnalysis, Mode, ProportionalLoop
 from .page import Block, Table
 from .plotting import frequency_unit

@@ -12,9 +12,9 @@ from typing import TYPE_CHECKING
 
 import msgspec
 
-from ..base.plain_number import plain_number
-from ..models.estimation.words import not_white_words, servo_words, state_words
-from ..models.identification.criteria import simulation_cell, simulation_words
+from ..base.numbers import plain_number
+from ..models.estimation.advice import not_white_words, servo_words, state_words
+from ..models.identification.candidates import simulation_cell, simulation_words
 from ..models.identification.dynamics import Dynamics, Figure, Root, dynamics
 from .page import Table, Tagged, Told, cell_text
 from .units import Shown, coefficient, column, si_column

@@ -14,7 +14,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.rcsetup import cycler
 
-from ..base.arrays import FloatArray
+from ..base.numbers import FloatArray
 
 # Readers who cannot tell red from green can tell these colours apart (Okabe, Ito, 2008). The style
 # sheet of the pages uses the same colours.

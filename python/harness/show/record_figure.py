@@ -8,11 +8,11 @@ from typing import Any
 
 from matplotlib.figure import Figure
 
-from ..base.text import printable
+from ..base.error_words import printable
 from ..catalogue.channels import CHANNELS, Channel, shown_channel
 from ..diagnosis.result import HeldOutRun
 from ..records import Record
-from .gap_curves import curves_of
+from .gap_plots import curves_of
 from .gap_words import SIMULATIONS
 from .plotting import BLUE, GREEN, INK, VERMILION, stacked, styled
 

@@ -17,8 +17,8 @@ from markupsafe import Markup
 
 import ehsid
 
+from ..base.error_words import printable
 from ..base.files import write_text
-from ..base.text import printable
 from .page import Block, Items, Note, Page, Picture, Plot, Table, all_blocks, cell_text
 
 if TYPE_CHECKING:

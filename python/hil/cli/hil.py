@@ -127,13 +127,13 @@ def hil_command(
     from ehsid.harness.base.encoding import json_text
     from ehsid.harness.models.identification import ArxOrders
     from ehsid.harness.rigs import read_rig
-    from ehsid.harness.rigs.published import published_rig
+    from ehsid.harness.rigs.new import published_rig
     from ehsid.harness.signals.simulation import parse_settings
-    from ehsid.harness.signals.simulation.signal_options import SignalOptions
+    from ehsid.harness.signals.simulation.settings import SignalOptions
 
     from ..loop import LoopRun
+    from ..page import UNFINISHED, copy_samples, file_names
     from ..plan import WATCHDOG_MS
-    from ..report_files import UNFINISHED, copy_samples, file_names
     from ..result_file import Provenance
     from ..session import Session
     from ..transport import open_line

@@ -13,20 +13,17 @@ from ehsid.harness.cli.options import HilLoop
 from ehsid.harness.rigs import Rig
 from ehsid.harness.show.page import Table
 from ehsid.harness.signals.simulation import suggested_controller
-from ehsid.harness.signals.simulation.outputs import OUTPUTS_OF
+from ehsid.harness.signals.simulation.run import OUTPUTS_OF
 
 from ..answers import Identity
 from ..comparison import compare
 from ..emulator import emulated
-from ..errors import HilError
-from ..loop import LoopRun, with_machine
-from ..offered_loop import offered_loop
-from ..page import lead
+from ..frames import HilError
+from ..loop import LoopRun, offered_loop, with_machine
+from ..page import REPORTS, lead, write_reports
 from ..plan import Plan, with_servo
-from ..recording import Recording
-from ..report_files import REPORTS, write_reports
 from ..result_file import HilFile, Provenance, Run, Runs
-from ..run import run_plan
+from ..run import Recording, run_plan
 from ..session import Session
 from .progress import live
 

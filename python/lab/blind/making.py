@@ -1,22 +1,27 @@
 # SPDX-License-Identifier: MIT
-"""Making of a check: cases of all grades and kinds, separate answers, and one seal for all."""
+"""Making of a check: cases of all grades and kinds, separate answers, and one seal for all.
+
+The withheld answers of a check, as `answers.json` has them.
+"""
 
 from __future__ import annotations
 
 import functools
 import json
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, cast
+from typing import Any, Literal, cast
 
+import msgspec
 import numpy as np
 
+from ehsid.harness.base.encoding import from_json
 from ehsid.harness.base.exchange import FOLDER
 from ehsid.harness.base.files import result_folder, write_text
 from ehsid.harness.base.parallel import Progress, run_tasks
 
-from .seal import ANSWERS, CASES, SEAL, TRANSFER, Seal, write_seal
-from .settings import SEEDS, Settings
+from .seal import ANSWERS, CASES, SEAL, SEEDS, TRANSFER, Seal, Settings, write_seal
 
 # Name of the result in its folder.
 RESULT = "gap-check-cases"
@@ -53,7 +58,7 @@ def making_tasks(folder: Path, settings: Settings) -> Sequence[Making]:
     from ..reality.case import Sensors
     from ..reality.effects import CATALOGUE
     from ..reality.excitation import ExcitationSet
-    from ..reality.structure import Grade
+    from ..reality.variants import Grade
 
     ids = [
         str(effect) for effect in np.random.default_rng(settings.seed).permutation(list(CATALOGUE))
@@ -74,3 +79,63 @@ def making_tasks(folder: Path, settings: Settings) -> Sequence[Making]:
         )
         for i in range(settings.count)
     ]
+
+
+Kind = Literal["one", "two", "none", "params", "open"]
+
+
+@dataclass(frozen=True)
+class Answer:
+    """The withheld truth of a case.
+
+    Attributes
+    ----------
+    kind
+        "one" or "two" effects of the catalogue, "none", "params" (wrong values only), or "open"
+        (an effect outside of the catalogue).
+    grade, plant, sensors, excitation
+        as the generator names them; excitation of the fitted and of the held-out record.
+    effects
+        sizes by effect and parameter, SI.
+    subsystem
+        subsystems of the effects.
+    true
+        true values of the rig by full name, SI.
+    largest_command
+        largest command in each of the two records, as a share of rated command.
+    families
+        kinds of physics, measurement and excitation of a wide case by trait, to group results.
+    """
+
+    kind: Kind
+    grade: str
+    plant: str
+    sensors: str
+    excitation: tuple[str, ...]
+    effects: Mapping[str, Mapping[str, float]]
+    subsystem: tuple[str, ...]
+    true: Mapping[str, float] = field(default_factory=dict)
+    largest_command: tuple[float, ...] = ()
+    families: Mapping[str, str] = field(default_factory=dict)
+
+
+def read_answers(path: Path) -> dict[str, Answer]:
+    """Reads the answers, by name of the case.
+
+    Raises
+    ------
+    ValueError
+        there is no such file, or it is not one of a check.
+    """
+    where = str(path)
+    answers = {}
+    try:
+        raw = from_json(path.read_bytes(), dict[str, msgspec.Raw])
+        for name in sorted(raw):
+            where = f"{path}: case {name}"
+            answers[name] = from_json(raw[name], Answer)
+    except FileNotFoundError:
+        raise ValueError(f"{path}: there is no such file; a check writes it") from None
+    except (msgspec.DecodeError, UnicodeDecodeError) as error:
+        raise ValueError(f"{where}: not an answer of a check: {error}; restore the file") from None
+    return answers

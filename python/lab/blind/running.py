@@ -25,7 +25,7 @@ from ehsid.harness.diagnosis.result import Diagnosis, diagnosis_text
 from ehsid.harness.records import Record, read_record
 from ehsid.harness.rigs import read_rig, write_rig
 
-from .answers import read_answers
+from .making import read_answers
 from .seal import ANSWERS, CASES, RESULTS, Seal
 
 

@@ -9,10 +9,14 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from ehsid.harness.base.arrays import FloatArray
-from ehsid.harness.diagnosis.decision.constants import Constants
-from ehsid.harness.diagnosis.decision.posterior import outside_score, probabilities_of, score
-from ehsid.harness.diagnosis.search.families import law_count
+from ehsid.harness.base.numbers import FloatArray
+from ehsid.harness.diagnosis.decision.posterior import (
+    Constants,
+    outside_score,
+    probabilities_of,
+    score,
+)
+from ehsid.harness.diagnosis.search.candidates import law_count
 
 from .machines import Machine
 

@@ -11,21 +11,145 @@ a machine changes with x, the probability of outside jumps. So the fit is done i
 beside the best sets of the one before. The standard errors are those of the sandwich,
 (F + R)^-1 (sum g g' + R) (F + R)^-1 with the ridge R, which stays right where the probabilities are
 only nearly those of the equation (H. White, Econometrica 50(1), 1982).
+
+The file of features, from which constants can be fitted again without any diagnosis.
+
+It has one machine as JSON in each line. The machines are in the order of their names.
+
+The possible answers for a machine, most probable first, and which of them is true.
+
+An answer is a set of effects with all laws of friction as one, nothing missing, or "outside".
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, fields
+from pathlib import Path
 
+import msgspec
 import numpy as np
 from scipy.optimize import minimize
 from scipy.special import expit, logit
 
-from ehsid.harness.base.arrays import FloatArray
-from ehsid.harness.diagnosis.decision.constants import IN_USE, Constants
+from ehsid.harness.base.encoding import from_json
+from ehsid.harness.base.files import write_text
+from ehsid.harness.base.numbers import FloatArray
+from ehsid.harness.diagnosis.decision.posterior import IN_USE, Constants
+from ehsid.harness.diagnosis.search.candidates import effect_families
 
-from .choices import Choices, IntArray, best_sets, log_loss, probabilities
+from ..scoring.judging import KNOWN, is_true
+from .choices import BoolArray, Choices, IntArray, best_sets, log_loss, probabilities
+from .machines import Machine
+
+FEATURES = "features.jsonl"
+
+
+def write_features(path: Path, machines: Iterable[Machine]) -> None:
+    """Writes the file, whole or not at all."""
+    lines = [
+        msgspec.json.encode(machine).decode()
+        for machine in sorted(machines, key=lambda machine: machine.name)
+    ]
+    write_text(path, "".join(f"{line}\n" for line in lines))
+
+
+def read_features(path: Path) -> list[Machine]:
+    """Reads the machines of a file; empty lines are ignored.
+
+    Raises
+    ------
+    ValueError
+        the file cannot be read, or a line is no machine; the message names the line.
+    """
+    try:
+        lines = path.read_bytes().splitlines()
+    except FileNotFoundError:
+        raise ValueError(
+            f"{path}: there is no such file; expected a {FEATURES} of ehsid gap-calibrate"
+        ) from None
+    machines = []
+    for number, line in enumerate(lines, 1):
+        if not line.strip():
+            continue
+        try:
+            machines.append(from_json(line, Machine))
+        except (msgspec.DecodeError, UnicodeDecodeError) as error:
+            raise ValueError(
+                f"{path}: line {number}: not a machine of {FEATURES}: {error}; restore the line, "
+                "or make the file again from its checks"
+            ) from None
+    return machines
+
+
+@dataclass(frozen=True, eq=False)
+class Ranked:
+    """K answers for a machine, by falling probability.
+
+    Attributes
+    ----------
+    machine
+        the machine.
+    effects
+        effects of each answer; None for "outside of the catalogue".
+    chances
+        (K,): probabilities; their sum is 1.
+    true
+        (K,): whether the answer is the truth; at least one is.
+    """
+
+    machine: Machine
+    effects: tuple[tuple[str, ...] | None, ...]
+    chances: FloatArray
+    true: BoolArray
+
+    @property
+    def before(self) -> FloatArray:
+        """Probability of all answers that are more probable than each answer, (K,)."""
+        return np.concatenate([[0.0], np.cumsum(self.chances[:-1])])
+
+    @property
+    def above_truth(self) -> float:
+        """Probability of all answers that are more probable than the truth, 0 to 1."""
+        return float(self.before[np.argmax(self.true)])
+
+    def count_up_to(self, threshold: float) -> int:
+        """Number of answers before which all together have at most this probability."""
+        return int(np.sum(self.before <= threshold))
+
+    def effect_chances(self) -> list[tuple[float, bool]]:
+        """Probability of each effect of the first answer, and whether the machine has it."""
+        truth = self.machine.truth if self.machine.kind in KNOWN else ()
+        return [(self._chance(effect), is_true(effect, truth)) for effect in self.effects[0] or ()]
+
+    def _chance(self, effect: str) -> float:
+        family = effect_families((effect,))
+        having = [family <= effect_families(effects or ()) for effects in self.effects]
+        return float(self.chances[having].sum())
+
+
+def ranked(machines: Sequence[Machine], chances: FloatArray) -> list[Ranked]:
+    """Returns the ranked answers; `chances` has the shape and order of `choices.probabilities`."""
+    return [_ranked(machine, row) for machine, row in zip(machines, chances, strict=True)]
+
+
+def _ranked(machine: Machine, row: FloatArray) -> Ranked:
+    # By family of answers: the first effects that stand for it, probability, and truth.
+    answers: dict[frozenset[str] | None, tuple[tuple[str, ...] | None, float, bool]] = {
+        None: (None, float(row[-1]), machine.outside)
+    }
+    for each, chance, true in zip(machine.sets, row[:-1], machine.true_sets, strict=False):
+        family = effect_families(each.effects)
+        effects, before, was_true = answers.get(family, (each.effects, 0.0, False))
+        answers[family] = (effects, before + float(chance), was_true or true)
+    order = sorted(answers.values(), key=lambda answer: -answer[1])
+    return Ranked(
+        machine,
+        tuple(effects for effects, _, _ in order),
+        np.array([chance for _, chance, _ in order]),
+        np.array([true for _, _, true in order]),
+    )
+
 
 NAMES = tuple(each.name for each in fields(Constants))
 # The logarithms of those that are larger than zero are fitted, and the logit of the lapse, which is

@@ -19,12 +19,11 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from ehsid.harness.base.arrays import FloatArray
+from ehsid.harness.base.numbers import FloatArray
 
-from ..scoring.calibration import Bin
-from ..scoring.figures import LEVEL, Figure, Range, share
+from ..scoring.figures import LEVEL, Bin, Figure, Range, share
 from .choices import BoolArray, IntArray
-from .ranking import Ranked
+from .fitting import Ranked
 
 # Largest error that is wanted.
 TARGET = Range(most=0.03)

@@ -12,10 +12,16 @@ import typer
 
 import ehsid
 from ehsid.harness.base.files import result_folder
-from ehsid.harness.cli.common import refuse
-from ehsid.harness.cli.console import Console, print_points
-from ehsid.harness.cli.log_options import Maps, SamplingTime, hints_of
-from ehsid.harness.cli.options import AsJson, InputColumn, OutputColumn, RigOrPublished
+from ehsid.harness.cli.console import Console, print_points, refuse
+from ehsid.harness.cli.options import (
+    AsJson,
+    InputColumn,
+    Maps,
+    OutputColumn,
+    RigOrPublished,
+    SamplingTime,
+    hints_of,
+)
 from ehsid.harness.cli.progress import stages
 
 
@@ -64,9 +70,9 @@ def experiment_command(
     Example: ehsid experiment --record rec.csv --rig rig.toml --out results
     """
     from ehsid.harness.models.identification import Preprocessing
-    from ehsid.harness.models.identification.search_range import MOST_DELAY, MOST_ORDER, parse_range
+    from ehsid.harness.models.identification.selection import MOST_DELAY, MOST_ORDER, parse_range
     from ehsid.harness.rigs import read_rig
-    from ehsid.harness.rigs.published import published_rig
+    from ehsid.harness.rigs.new import published_rig
 
     from .experiment_report import FILES, OFFLINE_SEED, Offline, on_record, redo, write_report
 

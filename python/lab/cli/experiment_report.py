@@ -12,18 +12,17 @@ from typing import Any
 import ehsid
 from ehsid.harness.base.encoding import to_plain
 from ehsid.harness.base.files import write_text
-from ehsid.harness.cli.log_options import read_shown
+from ehsid.harness.cli.options import read_shown
 from ehsid.harness.models.identification import ArxOrders, IoData, Preprocessing, fit_arx
 from ehsid.harness.records import NO_HINTS, Hints, Record
-from ehsid.harness.records.origin import with_reading
+from ehsid.harness.records.record import with_reading
 from ehsid.harness.rigs import Rig
 from ehsid.harness.show.page import Page, Picture, Section
-from ehsid.harness.show.reading_section import reading_section
 from ehsid.harness.show.record_figure import record_figure
 from ehsid.harness.show.rendering import write_page, write_pictures
+from ehsid.harness.show.where_section import reading_section
 
-from ..studies.convergence import Starts, compare_starts
-from ..studies.evidence import median_interval
+from ..studies.claims import median_interval
 from ..studies.experiment import (
     judge_claims,
     run_on_known_plant,
@@ -33,8 +32,7 @@ from ..studies.experiment import (
 )
 from ..studies.linearisation import small_signal_response
 from ..studies.noises import on_noisy_sensor
-from ..studies.pages.claims_map import claims_picture
-from ..studies.pages.claims_sections import claims_sections, verdict_lead
+from ..studies.pages.claims_sections import claims_picture, claims_sections, verdict_lead
 from ..studies.pages.experiment_files import (
     claim_rows,
     csv_text,
@@ -46,12 +44,11 @@ from ..studies.pages.experiment_files import (
 from ..studies.pages.offline_model_blocks import outputs_picture
 from ..studies.pages.offline_sections import offline_sections
 from ..studies.pages.recursive_sections import known_plant_sections, record_sections, rig_sections
-from ..studies.pages.seeding_section import seeding_section
-from ..studies.pages.sensor_section import plain_sensor, sensor_section
+from ..studies.pages.sensor_section import plain_sensor, seeding_section, sensor_section
 from ..studies.procedure import Procedure, run_procedure
-from ..studies.published import DT_S, ORDERS, SOURCE
 from ..studies.recursive import noise_for_fit
-from ..studies.rig_records import rig_record
+from ..studies.rig_records import DT_S, ORDERS, SOURCE, rig_record
+from ..studies.verdicts import Starts, compare_starts
 
 # Seed of the record for the offline half. The runs of the recursive half have seeds from 0 on.
 OFFLINE_SEED = 1000

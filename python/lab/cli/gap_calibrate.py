@@ -11,12 +11,11 @@ import typer
 from ehsid.harness.base.files import result_folder
 from ehsid.harness.base.parallel import workers as using
 from ehsid.harness.cli.console import Console
-from ehsid.harness.cli.options import AsJson
+from ehsid.harness.cli.options import AsJson, Workers
 from ehsid.harness.cli.progress import stages
-from ehsid.harness.cli.workers import Workers
 
 if TYPE_CHECKING:
-    from ..calibration.reading import Found
+    from ..calibration.machines import Found
 
 
 def machines_of(checks: list[Path], features: list[Path]) -> Found:
@@ -27,8 +26,8 @@ def machines_of(checks: list[Path], features: list[Path]) -> Found:
     ValueError
         nothing is given, nothing is finished, a machine occurs twice, or a file cannot be read.
     """
-    from ..calibration.features import read_features
-    from ..calibration.reading import Found, distinct, read_checks
+    from ..calibration.fitting import read_features
+    from ..calibration.machines import Found, distinct, read_checks
 
     if not checks and not features:
         raise ValueError(

@@ -11,15 +11,12 @@ import typer
 import ehsid
 from ehsid.harness.base.files import is_incomplete, result_folder
 from ehsid.harness.base.parallel import workers as using
-from ehsid.harness.cli.common import refuse
-from ehsid.harness.cli.console import Console, note
-from ehsid.harness.cli.options import AsJson
+from ehsid.harness.cli.console import Console, note, refuse
+from ehsid.harness.cli.options import AsJson, Dask, Workers, on
 from ehsid.harness.cli.progress import progress_of
-from ehsid.harness.cli.workers import Dask, Workers, on
 
 from ..blind.making import RESULT, make_check
-from ..blind.seal import SEAL, Seal, verify
-from ..blind.settings import EXCITATIONS, GRADES, SENSORS, Settings
+from ..blind.seal import EXCITATIONS, GRADES, SEAL, SENSORS, Seal, Settings, verify
 
 if TYPE_CHECKING:
     from ..scoring.score import Score

@@ -15,20 +15,18 @@ from ehsid.harness.show.rendering import markdown, write_pictures
 from ..scoring.figures import Figure
 from ..scoring.score import Score, score_file
 from .check_plots import (
-    confusion_drawing,
-    promises_drawing,
-    sizes_drawing,
-    targets_drawing,
-    trust_drawing,
-)
-from .check_tables import (
     baseline_table,
     bins_table,
+    confusion_drawing,
     contradiction_table,
     control_table,
     outcome_table,
+    promises_drawing,
+    sizes_drawing,
     split_table,
     target_table,
+    targets_drawing,
+    trust_drawing,
     trust_table,
     wrong_table,
 )

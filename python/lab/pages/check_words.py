@@ -5,11 +5,11 @@ from __future__ import annotations
 
 import math
 
-from ehsid.harness.base.plain_number import plain_number
-from ehsid.harness.show.shares import SPACE, percent
+from ehsid.harness.base.numbers import plain_number
+from ehsid.harness.show.units import SPACE, percent
 
 from ..scoring.figures import Figure, Range
-from ..scoring.reading import SENSORS
+from ..scoring.judging import SENSORS
 from ..scoring.score import Score
 
 MARKS = {

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
 """Generator of blind records; it shares nothing with the simulator that the diagnosis uses."""
 
+from .batch import write_case
 from .case import RealityCase, make_case
-from .writing import write_case
 
 __all__ = ["RealityCase", "make_case", "write_case"]

@@ -13,7 +13,7 @@ from .batch import write_cases
 from .case import COLUMNS, KINDS, Kind, Sensors
 from .excitation import EXCITATION_SETS, ExcitationSet
 from .nominal_rig import PLANTS, PlantKind
-from .structure import GRADES, Grade
+from .variants import GRADES, Grade
 
 
 def _check_known(name: str, value: str | None, known: tuple[str, ...]) -> None:

@@ -1,26 +1,62 @@
 # SPDX-License-Identifier: MIT
-"""Many blind cases at once: mixed kinds, random folder names, the answers in a separate file."""
+"""Many blind cases at once: mixed kinds, random folder names, the answers in a separate file.
+
+Folder of a blind case: rig.toml, train.csv, validate.csv, and nothing of what is withheld.
+"""
 
 from __future__ import annotations
 
 import functools
 import glob
+import io
 import json
 import os
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 from ehsid.harness.base.files import result_files, result_folder, write_text
 from ehsid.harness.base.parallel import run_tasks
 
-from .case import KINDS, Kind, Sensors, make_case
+from .case import KINDS, Kind, RealityCase, Sensors, make_case
 from .excitation import ExcitationSet
 from .nominal_rig import PlantKind
-from .structure import Grade
-from .writing import FILES, record_text, write_case
+from .variants import Grade
+
+FILES = ("rig.toml", "train.csv", "validate.csv")
+FORMATS = {
+    "time_s": "%.6g",
+    "command_v": "%.5f",
+    "position_m": "%.7f",
+    "spool": "%.5f",
+}
+
+
+def record_text(record: Mapping[str, npt.NDArray[np.float64]]) -> str:
+    """Returns the record as CSV text with a header line."""
+    text = io.StringIO()
+    np.savetxt(
+        text,
+        np.column_stack(list(record.values())),
+        fmt=[FORMATS.get(name, "%.0f") for name in record],
+        delimiter=",",
+        header=",".join(record),
+        comments="",
+    )
+    return text.getvalue()
+
+
+def write_case(case: RealityCase, folder: str | os.PathLike[str]) -> None:
+    """Writes the three files of a case, each whole or not at all; creates the folder."""
+    target = Path(folder)
+    target.mkdir(parents=True, exist_ok=True)
+    texts = (case.rig_toml, record_text(case.train), record_text(case.validate))
+    for name, text in zip(FILES, texts, strict=True):
+        write_text(target / name, text)
+
 
 SHARES = {"one": 0.5, "two": 0.15, "none": 0.1, "params": 0.1, "open": 0.15}
 

@@ -11,10 +11,10 @@ from typing import Any, Literal, NamedTuple
 
 import numpy as np
 
-from ehsid.harness.base.arrays import FloatArray
+from ehsid.harness.base.numbers import FloatArray
 
 from . import machine as equations
-from .effects import CATALOGUE, EXCLUSIVE_PAIRS, Effect, Sizes
+from .effects import CATALOGUE, EXCLUSIVE_PAIRS, LATER, Effect, Sizes
 from .excitation import (
     EXCITATION_SETS,
     EXCITATIONS,
@@ -26,16 +26,19 @@ from .excitation import (
     draw_task,
     weak_loop,
 )
-from .families import families
-from .later import LATER
 from .noise import Noise, draw_logger, draw_noise, usual_logger
-from .nominal_rig import LAG, NominalRig, PlantKind, draw_nominal_rig, draw_true_values, rig_text
-from .outside import OUTSIDE, Faults, faults
-from .structure import Grade, build, draw_structure
+from .nominal_rig import (
+    LAG,
+    NominalRig,
+    PlantKind,
+    draw_nominal_rig,
+    draw_true_values,
+    draw_wide_rig,
+    rig_text,
+)
 from .truth import Truth
-from .unnamed import UNNAMED
-from .variants import Variants, draw_variants, with_variants
-from .wide_rig import draw_wide_rig
+from .unnamed import OUTSIDE, UNNAMED, Faults, faults
+from .variants import Grade, Variants, build, draw_structure, draw_variants, families, with_variants
 
 Kind = Literal["one", "two", "none", "params", "open"]
 Sensors = Literal["position", "pressures", "pressures+supply", "pressures+supply+spool"]

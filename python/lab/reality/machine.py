@@ -13,19 +13,37 @@ P. R. Dahl, Solid friction damping of mechanical vibrations, AIAA Journal 14(12)
 J. Rodellar, Systems with hysteresis, Wiley 2007 (Bouc-Wen law, normalised form); K. Kuhnen,
 Modeling, identification and compensation of complex hysteretic nonlinearities, European Journal of
 Control 9(4), 2003 (Prandtl-Ishlinskii operator).
+
+Compilation of numerical functions by numba, kept on disk from run to run.
 """
 
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
+from typing import TypeVar, cast
 
 import numpy as np
 import numpy.typing as npt
 
-from ehsid.harness.base.arrays import FloatArray
+from ehsid.harness.base.numbers import FloatArray
 
-from .compiled import compiled
 from .truth import Truth
+
+try:
+    import numba
+except ImportError as error:  # an optional dependency: see pyproject.toml, extra "lab"
+    raise ImportError(
+        "the generator of blind records needs numba: python -m pip install 'ehsid[lab]'"
+    ) from error
+
+F = TypeVar("F", bound=Callable[..., object])
+
+
+def compiled(function: F) -> F:
+    """Returns the function compiled by numba, which keeps its cache on disk beside the source."""
+    return cast(F, numba.njit(cache=True)(function))
+
 
 # States: spool position and its rate, compression of the oil on both sides, accumulator pressure,
 # position, speed, deflection of the bristles, output of a lagging position sensor, position and

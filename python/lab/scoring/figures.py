@@ -1,17 +1,27 @@
 # SPDX-License-Identifier: MIT
-"""Figures of a score, with confidence intervals and targets."""
+"""Figures of a score, with confidence intervals and targets.
+
+Calibration of what a diagnosis claims: its probabilities, and its sizes with their intervals.
+
+Of all effects named with a probability of 0.9, nine in ten should be true; of all intervals of
+90 %, nine in ten should contain the true value.
+"""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any, Literal
 
 import numpy as np
 from scipy import stats
 
-from ehsid.harness.base.arrays import FloatArray
+from ehsid.harness.base.numbers import FloatArray
+from ehsid.harness.catalogue.parameters import effects
+from ehsid.harness.diagnosis.schema import Estimate
+
+from .judging import ScoredCase, is_true
 
 LEVEL = 0.9  # level of every confidence interval
 Unit = Literal["share", "count", "seconds", "nats"]
@@ -138,3 +148,177 @@ def _finite(values: Iterable[float]) -> FloatArray:
 
 def _no_data(words: str, unit: Unit, target: Range | None) -> Figure:
     return Figure(words, math.nan, math.nan, math.nan, 0, unit, target)
+
+
+# Edges of the bins; they are closest between 0.8 and 1, the range of interest.
+EDGES = (0.0, 0.2, 0.4, 0.6, 0.7, 0.8, 0.85, 0.9, 0.95, 1.0)
+
+
+@dataclass(frozen=True)
+class Claim:
+    """The probability of an effect that was named, and whether the machine has this effect."""
+
+    probability: float
+    true: bool
+
+
+@dataclass(frozen=True)
+class Bin:
+    """Claims with probabilities in one bin: the mean probability, and the share that is true."""
+
+    probability: float
+    true: Figure
+
+
+@dataclass(frozen=True)
+class Reliability:
+    """How well the probabilities of the named effects agree with the share that is true.
+
+    Attributes
+    ----------
+    bins
+        bins that contain claims, by rising probability.
+    claims
+        number of all effects named.
+    brier
+        mean of (p - true)^2 (G. W. Brier, Monthly Weather Review 78(1), 1950); 0 is best.
+    brier_constant
+        Brier score of a constant p, the share that is true; a higher `brier` is worse than none.
+    expected_error
+        sum over bins of their share of the claims times |mean probability - share true|.
+    """
+
+    bins: tuple[Bin, ...]
+    claims: int
+    brier: float
+    brier_constant: float
+    expected_error: float
+
+
+@dataclass(frozen=True)
+class RiskPoint:
+    """A point of the risk-coverage curve.
+
+    Attributes
+    ----------
+    threshold
+        lowest probability of the names that are kept.
+    coverage
+        share of all cases in which the first name is kept.
+    risk
+        share of the kept names that are wrong.
+    """
+
+    threshold: float
+    coverage: float
+    risk: Figure
+
+
+@dataclass(frozen=True)
+class SizeError:
+    """Error of a parameter of an effect that was rightly named, or of a value in the rig file.
+
+    Attributes
+    ----------
+    case, of, parameter
+        name of the case, id of the effect ("" for a value in the rig file), and the parameter.
+    primary
+        whether it is the first parameter of the effect in the catalogue, which gives its size.
+    relative
+        |estimate - true| / |true|; infinite where only the true value is 0.
+    inside
+        whether the 90 % interval contains the true value.
+    estimate, true
+        estimate with its 90 % interval, and the true value.
+    """
+
+    case: str
+    of: str
+    parameter: str
+    primary: bool
+    relative: float
+    inside: bool
+    estimate: Estimate
+    true: float
+
+
+def claims_of(case: ScoredCase) -> tuple[Claim, ...]:
+    """Returns a claim for every effect that was named, in the order of the diagnosis."""
+    truth = () if case.answer.kind == "open" else case.answer.effects
+    return tuple(
+        Claim(effect.probability, is_true(effect.id, truth)) for effect in case.findings.named
+    )
+
+
+def reliability(claims: Sequence[Claim]) -> Reliability:
+    """Computes the reliability; bins of `EDGES` contain their lower end, the last one both ends."""
+    if not claims:
+        return Reliability((), 0, math.nan, math.nan, math.nan)
+    p = np.array([claim.probability for claim in claims])
+    true = np.array([claim.true for claim in claims], dtype=np.float64)
+    place = np.clip(np.searchsorted(EDGES, p, side="right") - 1, 0, len(EDGES) - 2)
+    bins, error = [], 0.0
+    for number in np.unique(place):
+        inside = place == number
+        words = f"{EDGES[number]:g} to {EDGES[number + 1]:g}"
+        bins.append(Bin(float(p[inside].mean()), share(words, map(bool, true[inside]))))
+        error += float(inside.mean()) * abs(bins[-1].probability - bins[-1].true.value)
+    rate = float(true.mean())
+    return Reliability(
+        tuple(bins), len(claims), float(np.mean((p - true) ** 2)), rate * (1.0 - rate), error
+    )
+
+
+def risk_curve(cases: Sequence[ScoredCase]) -> tuple[RiskPoint, ...]:
+    """Returns the curve by falling probability, one point for each (El-Yaniv, Wiener, 2010).
+
+    Cases of every kind count: a name in a machine without effects is wrong, and cases in which
+    nothing was named keep the coverage below 1. Names of the same probability share one point.
+    """
+    firsts = [claims_of(case)[0] for case in cases if case.findings.named]
+    points = []
+    for threshold in sorted({claim.probability for claim in firsts}, reverse=True):
+        kept = [not claim.true for claim in firsts if claim.probability >= threshold]
+        wrong = share(f"named with {threshold:.2f} and above", kept)
+        points.append(RiskPoint(threshold, len(kept) / len(cases), wrong))
+    return tuple(points)
+
+
+def effect_errors(cases: Sequence[ScoredCase]) -> tuple[SizeError, ...]:
+    """Returns the errors of all parameters of the named effects whose id is that of a true one."""
+    return tuple(error for case in cases for error in _of_effects(case))
+
+
+def rig_errors(cases: Sequence[ScoredCase]) -> tuple[SizeError, ...]:
+    """Returns the errors of the calibrated values in the rig file.
+
+    Two groups are left out: machines with an effect outside of the catalogue, whose values mean
+    something else, and nuisances, which have no true value.
+    """
+    return tuple(
+        _error(case.name, "", name, True, estimate, case.answer.true[name])
+        for case in cases
+        if case.answer.kind != "open"
+        for name, estimate in case.findings.calibration.items()
+        if name in case.answer.true and math.isfinite(estimate.value)
+    )
+
+
+def _of_effects(case: ScoredCase) -> Iterator[SizeError]:
+    catalogue = effects()
+    for effect in case.findings.named:
+        true = case.answer.effects.get(effect.id, {})
+        for name, estimate in effect.sizes.items():
+            if name in true and math.isfinite(estimate.value):
+                known = effect.id in catalogue
+                primary = known and catalogue[effect.id].parameters[0].name == name
+                yield _error(case.name, effect.id, name, primary, estimate, true[name])
+
+
+def _error(
+    case: str, of: str, name: str, primary: bool, estimate: Estimate, true: float
+) -> SizeError:
+    off = abs(estimate.value - true)
+    relative = off / abs(true) if true else (math.inf if off else 0.0)
+    inside = estimate.low <= true <= estimate.high
+    return SizeError(case, of, name, primary, relative, inside, estimate, true)

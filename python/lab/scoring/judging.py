@@ -29,19 +29,139 @@ All laws of friction count as the same effect, so another law is right, too, whe
 left out of the catalogue. Unequal overlaps are a dead band and a null bias. A spring contains a
 constant force: a diagnosis that names a spring where the truth is a force is right; one that names
 a force where the truth is a spring is not.
+
+Reads what the diagnosis found in a case of a check.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Sequence
-from dataclasses import dataclass
+import math
+from collections.abc import Callable, Collection, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Any, Literal, get_args
 
-from ehsid.harness.diagnosis.schema import Estimate
-from ehsid.harness.diagnosis.search.families import friction_laws, spelled_out
+from ehsid.harness.diagnosis.schema import (
+    Candidate,
+    DiagnosisFile,
+    Estimate,
+    HowFar,
+    read_diagnosis_file,
+)
+from ehsid.harness.diagnosis.search.candidates import friction_laws, spelled_out
 
-from ..blind.answers import Answer, Kind
-from .reading import FAILED, SENSORS, Findings
+from ..blind.making import Answer, Kind
+from .contradictions import contradictions
+
+FAILED = "failed"  # in place of a verdict, where the diagnosis raised an error
+SENSORS = ("pressures", "position only")  # what was measured
+
+
+@dataclass(frozen=True)
+class NamedEffect:
+    """An effect in `which.effects`, with its sizes by parameter, SI."""
+
+    id: str
+    probability: float
+    sizes: Mapping[str, Estimate] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class Findings:
+    """The parts of a diagnosis file that scoring uses.
+
+    Attributes
+    ----------
+    verdict
+        one of the six verdicts, or `FAILED`.
+    named, sets, candidates, cannot_judge
+        named effects, ambiguity set, candidates and effects not judged, from `which`.
+    subsystem
+        shares of the subsystems, from `where`.
+    equations
+        for each equation its subsystem, and the gain of terms in it, nats.
+    calibration
+        calibrated values by full name.
+    moved
+        whether any value differs from the rig file.
+    gap
+        gap of the calibrated rig over the middle of its noise floor; None where it is not known.
+    of_explainable, from_nominal
+        shrinkage on held-out data.
+    seconds
+        time that the diagnosis took, s.
+    settings
+        settings of the diagnosis.
+    contradictions
+        rules that the statements of the diagnosis break; none where it is consistent.
+    """
+
+    verdict: str
+    named: tuple[NamedEffect, ...] = ()
+    sets: tuple[tuple[str, ...], ...] = ()
+    candidates: tuple[Candidate, ...] = ()
+    cannot_judge: frozenset[str] = frozenset()
+    subsystem: Mapping[str, float] = field(default_factory=dict)
+    equations: tuple[tuple[str, float], ...] = ()
+    calibration: Mapping[str, Estimate] = field(default_factory=dict)
+    moved: bool = False
+    gap: float | None = None
+    of_explainable: Estimate | None = None
+    from_nominal: Estimate | None = None
+    seconds: float = math.nan
+    settings: Mapping[str, Any] = field(default_factory=dict)
+    contradictions: tuple[str, ...] = ()
+
+
+def read_findings(folder: Path) -> Findings | None:
+    """Reads the result of a case; returns None where it has not been diagnosed yet."""
+    if (folder / "diagnosis.json").is_file():
+        return _findings(read_diagnosis_file(folder / "diagnosis.json"))
+    return Findings(FAILED) if (folder / "error.txt").is_file() else None
+
+
+def _findings(file: DiagnosisFile) -> Findings:
+    which, how_far = file.which, file.how_far
+    return Findings(
+        verdict=file.verdict,
+        named=tuple(
+            NamedEffect(
+                effect.id,
+                effect.probability,
+                effect.parameters,
+            )
+            for effect in which.effects
+        ),
+        sets=which.ambiguity_set,
+        candidates=which.candidates,
+        cannot_judge=frozenset(effect.id for effect in which.cannot_judge),
+        subsystem=file.where.subsystem,
+        equations=tuple(
+            (equation.subsystem, equation.gain)
+            for equation in file.where.equations
+            if math.isfinite(equation.gain)
+        ),
+        calibration={name: value.found for name, value in file.calibration.items()},
+        moved=any(value.moved for value in file.calibration.values()),
+        gap=_gap(how_far),
+        of_explainable=how_far.of_explainable,
+        from_nominal=_finite(how_far.from_nominal),
+        seconds=file.provenance.seconds,
+        settings=file.provenance.settings,
+        contradictions=contradictions(file),
+    )
+
+
+def _finite(value: Estimate) -> Estimate | None:
+    return value if math.isfinite(value.value) else None
+
+
+def _gap(how_far: HowFar) -> float | None:
+    ends = [end for end in how_far.noise_floor if end > 0.0]
+    if math.isnan(how_far.calibrated) or not ends:
+        return None
+    return how_far.calibrated * len(ends) / sum(ends)
+
 
 Outcome = Literal[
     "right",

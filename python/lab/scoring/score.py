@@ -12,10 +12,20 @@ from pathlib import Path
 import ehsid
 from ehsid.harness.base.parallel import Progress, run_tasks
 
-from ..blind.answers import Answer, read_answers
+from ..blind.making import Answer, read_answers
 from ..blind.seal import ANSWERS, RESULTS, SEAL, Seal, read_seal
-from .baselines import Baseline, Control, baselines, controls
-from .calibration import (
+from .baselines import (
+    Baseline,
+    Control,
+    Promises,
+    baselines,
+    controls,
+    independent_samples,
+    promises,
+    transfer_of,
+)
+from .figures import (
+    Figure,
     Reliability,
     RiskPoint,
     SizeError,
@@ -23,10 +33,9 @@ from .calibration import (
     effect_errors,
     reliability,
     risk_curve,
+    share,
 )
-from .figures import Figure, share
-from .judging import ScoredCase, group_by, judge
-from .reading import FAILED, Findings, read_findings
+from .judging import FAILED, Findings, ScoredCase, group_by, judge, read_findings
 from .tables import (
     Confusion,
     FigureTable,
@@ -36,7 +45,6 @@ from .tables import (
     figure_tables,
     split_tables,
 )
-from .transfer import Promises, independent_samples, promises, transfer_of
 from .wrong import Regret, WrongCase, regret_of, wrong_cases
 
 

@@ -9,11 +9,9 @@ from dataclasses import dataclass
 
 from ehsid.harness.catalogue.parameters import effects
 
-from ..blind.settings import GRADES
-from .calibration import SizeError, effect_errors, rig_errors
-from .figures import Figure, Range, mean, quantile, share
-from .judging import GAP_NAMES, KINDS, ScoredCase, group_by
-from .reading import FAILED, SENSORS
+from ..blind.seal import GRADES
+from .figures import Figure, Range, SizeError, effect_errors, mean, quantile, rig_errors, share
+from .judging import FAILED, GAP_NAMES, KINDS, SENSORS, ScoredCase, group_by
 
 # Grades whose records should allow one name; smooth and small records often allow only a set.
 MAIN_GRADES = ("plain", "hard")

@@ -10,8 +10,7 @@ from dataclasses import dataclass
 from ehsid.harness.diagnosis.schema import Candidate
 
 from .figures import Figure, quantile
-from .judging import GAP_SIZES, ScoredCase
-from .reading import Findings
+from .judging import GAP_SIZES, Findings, ScoredCase
 
 # Two fits that differ by less cannot be told apart by a record. The difference means odds of 150 to
 # 1 if only half of the windows are as independent as is assumed.

@@ -1,9 +1,8 @@
 # SPDX-License-Identifier: MIT
 """Repeats the published experiment: its figures, its model as a known plant, the comparison."""
 
-from .comparison import Contender, Outcome, Setting, compare
-from .known_plant import KnownPlant
-from .published import MODEL_16, ORDERS, RECURSIVE
+from .comparison import Contender, KnownPlant, Outcome, Setting, compare
+from .rig_records import MODEL_16, ORDERS, RECURSIVE
 
 __all__ = [
     "MODEL_16",

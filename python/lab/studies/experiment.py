@@ -10,14 +10,13 @@ from functools import partial
 import numpy as np
 
 from ehsid.harness.models.identification import ArxModel
-from ehsid.harness.models.identification.loop import LoopAnalysis, analyse_loop
-from ehsid.harness.models.identification.systems import arx_system
+from ehsid.harness.models.identification.loop import LoopAnalysis, analyse_loop, arx_system
 from ehsid.harness.records import Record
 from ehsid.harness.rigs import Rig
 
 from .claims import ORDERS, Input, Judged, ResetJudged, map_claims, map_resets
 from .comparison import Samples, Setting, run_contender
-from .published import DT_S, MODEL_16, RECURSIVE
+from .linearisation import SampledServo, sample_again
 from .reading import Reading, RigReading, read_over_time, read_rig_values
 from .recursive import (
     CONTENDERS,
@@ -29,7 +28,7 @@ from .recursive import (
     on_rig,
     setting_of,
 )
-from .sampled_servo import SampledServo, sample_again
+from .rig_records import DT_S, MODEL_16, RECURSIVE
 from .verdicts import ClaimVerdict, verdicts
 
 VAGUE = 1e6

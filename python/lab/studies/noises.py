@@ -15,9 +15,9 @@ from scipy.optimize import least_squares
 from scipy.signal import lfilter
 
 import ehsid
-from ehsid.harness.base.arrays import FloatArray
+from ehsid.harness.base.numbers import FloatArray
 
-from .published import DT_S, MODEL_16
+from .rig_records import DT_S, MODEL_16
 
 THETA = np.array(MODEL_16)
 A, B = np.concatenate(([1.0], THETA[:3])), np.concatenate(([0.0], THETA[3:]))

@@ -23,11 +23,9 @@ from ehsid.harness.models.identification import (
     power_band,
     response_grid,
 )
-from ehsid.harness.models.identification.loop import LoopAnalysis, analyse_loop
-from ehsid.harness.models.identification.systems import to_control
+from ehsid.harness.models.identification.loop import LoopAnalysis, analyse_loop, to_control
 
-from .attempts import Attempt, Settings, attempt, better
-from .moves import MOVES
+from .attempts import MOVES, Attempt, Settings, attempt, better
 from .problems import Finding, record_problems
 
 

@@ -16,7 +16,7 @@ import numpy as np
 from scipy.optimize import brentq
 
 import ehsid
-from ehsid.harness.base.arrays import FloatArray
+from ehsid.harness.base.numbers import FloatArray
 from ehsid.harness.base.parallel import Progress, run_tasks
 from ehsid.harness.models.identification import (
     ArxModel,
@@ -32,6 +32,7 @@ from .claims import ORDERS, SAMPLES, Input, excite
 from .comparison import (
     PLAIN,
     Contender,
+    KnownPlant,
     Outcome,
     Samples,
     Setting,
@@ -39,10 +40,8 @@ from .comparison import (
     known_records,
     run_contender,
 )
-from .known_plant import KnownPlant
-from .published import MODEL_16
-from .published import ORDERS as PUBLISHED_ORDERS
-from .rig_records import changed_record, rig_record
+from .rig_records import MODEL_16, changed_record, rig_record
+from .rig_records import ORDERS as PUBLISHED_ORDERS
 
 CHANGE = SAMPLES // 2
 # Factor on all b parameters of the known plant at the change.

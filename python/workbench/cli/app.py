@@ -10,8 +10,7 @@ from typing import Annotated
 
 import typer
 
-from ehsid.harness.cli.common import refuse
-from ehsid.harness.cli.console import Console
+from ehsid.harness.cli.console import Console, refuse
 
 
 def app_command(

@@ -11,9 +11,9 @@ from ehsid.harness.catalogue.channels import COMMAND, POSITION
 from ehsid.harness.show.units import Shown, coefficient, column
 
 from .. import look
+from ..look import in_columns
 from ..plots import legend_above
-from .layout import in_columns
-from .windows import DRAWN, Drawn, span
+from .numbers import DRAWN, Drawn, span
 
 COLUMNS = 400  # pixel columns that are filled
 # Plots of signals: label of the axis, and for each line its name, its column and its factor.

@@ -6,6 +6,10 @@ _live/run_1/told.json         what the run tells its pages
 _live/run_1/samples.npy       its newest samples; only of the newest run
 _live/run_1/hil/              the files of `ehsid hil`
 _live/run_1/snapshots/        estimates that were stored
+
+What the user wishes during a run, as it comes through the pipe from the page.
+
+The work of a run, in a process of its own: what `ehsid hil` does, watched and steered.
 """
 
 from __future__ import annotations
@@ -14,20 +18,256 @@ import multiprocessing
 import re
 import shutil
 import threading
-from contextlib import suppress
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
+from dataclasses import dataclass
 from multiprocessing.connection import Connection
 from pathlib import Path
 
+import ehsid
 from ehsid.harness.base.encoding import json_text, read_json
-from ehsid.harness.base.files import free_folder, write_text
-from ehsid.harness.rigs.published import published_text
+from ehsid.harness.base.files import free_folder, result_folder, write_text
+from ehsid.harness.firmware.configuration import EstimatorConfiguration
+from ehsid.harness.rigs.new import published_text
+from ehsid.harness.signals.simulation.run import OUTPUTS_OF
+from ehsid.hil.comparison import compare
+from ehsid.hil.configuration import ENDING, read_snapshot, restored, write_snapshot
+from ehsid.hil.faults import OnRequest, relayed
+from ehsid.hil.frames import HilError
+from ehsid.hil.page import UNFINISHED, copy_samples, file_names, write_reports
+from ehsid.hil.plan import Plan
+from ehsid.hil.requests import Stopped
+from ehsid.hil.result_file import Provenance
+from ehsid.hil.run import RunResult, run_plan
+from ehsid.hil.session import Session as HilSession
+from ehsid.hil.transport import EmulatedDevice, Line, SocketDevice, open_line
 
 from ..jobs import Job
 from ..session import Session
 from ..workbench import ERRORS, LIVE, Workbench
-from .settings import LiveSettings, read_settings
-from .task import RESULT, live_task
-from .told import RING
+from .numbers import FAULTS
+from .settings import LiveSettings, Wanted, read_settings
+from .watching import RING, Told, Watch, throttled, write_told
+
+SNAPSHOTS = "snapshots"
+
+
+class Wishes:
+    """Carries out wishes between two samples; see `Steer`.
+
+    A wish that cannot be carried out is told among the events, and the run goes on.
+    """
+
+    def __init__(
+        self,
+        folder: Path,
+        control: Connection,
+        told: Told,
+        watch: Watch,
+        start: EstimatorConfiguration,
+        faults: OnRequest | None,
+        reset_board: Callable[[], None] | None,
+    ) -> None:
+        self._folder, self._control, self._told = folder, control, told
+        self._watch, self._start = watch, start
+        self._faults, self._reset_board = faults, reset_board
+
+    def __call__(self, number: int) -> EstimatorConfiguration | None:
+        """Carries out what has come before a sample."""
+        del number
+        wish = None
+        while self._control.poll():
+            kind, *values = self._control.recv()
+            try:
+                wish = self._carry_out(kind, values) or wish
+            except (ValueError, OSError) as error:
+                self._tell(str(error))
+        if wish is not None:
+            self._watch.begin(wish)
+        return wish
+
+    def _tell(self, words: str) -> None:
+        self._told.event(self._watch.time_s, words)
+        write_told(self._folder, self._told)
+
+    def _carry_out(self, kind: str, values: list[str]) -> EstimatorConfiguration | None:
+        match kind, values:
+            case "stop", []:
+                raise Stopped
+            case "reset", []:
+                self._tell("The estimator begins anew.")
+                return self._start
+            case "snapshot", []:
+                self._store()
+            case "restore", [name]:
+                wish = restored(read_snapshot(self._folder / SNAPSHOTS / name), self._start)
+                self._tell(f"The estimator goes on from {name}.")
+                return wish
+            case "fault", [fault, direction] if self._faults is not None:
+                self._faults.ask(fault, direction)
+                self._tell(f"Fault: {FAULTS[fault]}, on the way {direction}.")
+            case "reset board", [] if self._reset_board is not None:
+                self._reset_board()
+                self._tell("The board was reset.")
+        return None
+
+    def _store(self) -> None:
+        if self._watch.samples == 0:
+            raise HilError("no snapshot: there is no sample yet; wait for the first one")
+        folder = self._folder / SNAPSHOTS
+        folder.mkdir(exist_ok=True)
+        name = f"{len(self._told.snapshots) + 1}_at_{self._watch.time_s:.2f}_s{ENDING}"
+        write_snapshot(folder / name, self._watch.snapshot())
+        self._told.snapshots = [*self._told.snapshots, name]
+        self._tell(f"The estimate is stored as snapshots/{name}.")
+
+
+RESULT = "hil"
+REPORT_EVERY_S = 0.2
+HOLD_S = 1.0  # of a frame that is delayed: longer than the host waits, and than the watchdog
+
+
+@dataclass(frozen=True)
+class Target:
+    """An open line, and what can be done to it; faults only where the line is not a serial port."""
+
+    line: Line
+    faults: OnRequest | None = None
+    reset_board: Callable[[], None] | None = None
+
+
+def live_task(
+    folder: Path,
+    settings: LiveSettings,
+    control: Connection,
+    *,
+    report: Callable[[float], None],
+) -> None:
+    """Carries out a run in a folder, as `ehsid hil --out hil`.
+
+    Parameters
+    ----------
+    folder
+        folder of the run.
+    settings
+        what the user has chosen.
+    control
+        brings the wishes of the user.
+    report
+        told the share of the samples that are done.
+    """
+    began = time.monotonic()
+    told = Told(phase="The run is being prepared.")
+    write_told(folder, told)
+    wanted = read_settings(settings)
+    plan = wanted.run.plan(wanted.rig)
+    out = folder / RESULT
+    with result_folder(out, "hil", file_names([""]), _inputs(settings, wanted)) as new:
+        samples = free_folder(out, UNFINISHED)
+        try:
+            with _opened(wanted, settings.machine) as target:
+                run, session = _run(folder, plan, settings, target, samples, told, control, report)
+        finally:
+            with suppress(OSError):  # has samples
+                samples.rmdir()
+        told.phase = "The report is being written."
+        write_told(folder, told)
+        assert session.identity is not None
+        provenance = Provenance(
+            ehsid_version=ehsid.__version__,
+            rig=settings.rig.strip() or "published",
+            actual=None,
+            effects=dict(wanted.run.values),
+            line=wanted.address or f"{wanted.image} in QEMU, {settings.machine}",
+            loop="position" if settings.position_control else "open",
+            seed=wanted.run.signal.seed,
+            seconds=round(time.monotonic() - began, 1),
+        )
+        name = type(plan.configuration.estimator.forgetting).__name__
+        write_reports(new, session.identity, [(name, run, compare(run))], provenance)
+        copy_samples(samples, new)
+    shutil.rmtree(samples, ignore_errors=True)
+    told.phase = "The run has ended."
+    write_told(folder, told)
+    report(1.0)
+
+
+def _inputs(settings: LiveSettings, wanted: Wanted) -> list[Path]:
+    rig = [Path(settings.rig).expanduser()] if settings.rig.strip() else []
+    return [*rig, *([] if wanted.image is None else [wanted.image])]
+
+
+@contextmanager
+def _opened(wanted: Wanted, machine: str) -> Iterator[Target]:
+    """Opens the line to the target; between two sockets stands a relay that can disturb it."""
+    address = wanted.address or ""
+    if wanted.image is None and not address.lower().startswith("socket://"):
+        with open_line(address, wanted.baud) as line:
+            yield Target(line)
+        return
+    emulated = None if wanted.image is None else EmulatedDevice(wanted.image, machine)
+    faults = OnRequest(HOLD_S)
+    with relayed(emulated or SocketDevice(address)) as relay:
+        relay.disturb(faults)
+        try:
+            with open_line(relay.port) as line:
+                yield Target(line, faults, None if emulated is None else emulated.reset)
+        except HilError as error:
+            # The user knows the address of the target, and not that of the relay.
+            words = str(error).replace(relay.port, address or "the emulator")
+            why = "" if emulated is None else emulated.why_gone()
+            raise HilError(f"{why} ({words})" if why else words) from error
+
+
+def _run(
+    folder: Path,
+    plan: Plan,
+    settings: LiveSettings,
+    target: Target,
+    samples: Path,
+    told: Told,
+    control: Connection,
+    report: Callable[[float], None],
+) -> tuple[RunResult, HilSession]:
+    estimator = plan.configuration.estimator
+    told.phase = "The target is asked who it is."
+    told.rig, told.samples, told.dt_s = plan.rig.name, plan.samples, plan.dt_s
+    told.parameters = list(estimator.orders.names)
+    told.position_control = settings.position_control
+    told.faults, told.board_reset = target.faults is not None, target.reset_board is not None
+    write_told(folder, told)
+    outputs = OUTPUTS_OF[plan.rig.plant]
+    with Watch(folder, samples, outputs, plan, target.line) as watch:
+
+        def event(words: str) -> None:
+            told.event(watch.time_s, words)
+            write_told(folder, told)
+
+        session = HilSession(target.line, on_event=event)
+        identity = session.hello()
+        told.board, told.firmware = identity.board, ".".join(map(str, identity.firmware))
+        told.phase = "The run goes on."
+        write_told(folder, told)
+        share = throttled(report, REPORT_EVERY_S)
+        wishes = Wishes(folder, control, told, watch, estimator, target.faults, target.reset_board)
+        try:
+            run = run_plan(
+                plan,
+                session,
+                watch,
+                real_time=settings.real_time,
+                progress=lambda done, *_: share(done / plan.samples),
+                steer=wishes,
+            )
+        except HilError as error:
+            if watch.samples == 0:
+                raise
+            raise HilError(
+                f"{error}; {samples} holds the {watch.samples} samples before"
+            ) from error
+    return run, session
+
 
 SETTINGS = "settings.json"
 # Files of a run that the page may fetch.

@@ -13,9 +13,9 @@ import msgspec
 
 import ehsid
 from ehsid.harness.rigs import Rig, read_rig
-from ehsid.harness.rigs.published import published_rig
+from ehsid.harness.rigs.new import published_rig
 from ehsid.harness.signals.simulation import parse_settings
-from ehsid.harness.signals.simulation.signal_options import SignalOptions
+from ehsid.harness.signals.simulation.settings import SignalOptions
 from ehsid.hil.emulator import MACHINE
 from ehsid.hil.loop import LoopRun
 from ehsid.hil.plan import THIRD_ORDER, WATCHDOG_MS
@@ -219,11 +219,11 @@ def python(settings: LiveSettings) -> str:
             "from pathlib import Path",
             "from ehsid.workbench.live.settings import LiveSettings, read_settings",
             "from ehsid.hil.emulator import emulated",
-            "from ehsid.hil.recording import Recording",
+            "from ehsid.hil.run import Recording",
             "from ehsid.hil.run import run_plan",
             "from ehsid.hil.session import Session",
             "from ehsid.hil.transport import open_line",
-            "from ehsid.harness.signals.simulation.outputs import OUTPUTS_OF",
+            "from ehsid.harness.signals.simulation.run import OUTPUTS_OF",
             "",
             f"settings = LiveSettings({arguments})",
             "wanted = read_settings(settings)",

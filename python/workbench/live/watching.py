@@ -1,5 +1,16 @@
 # SPDX-License-Identifier: MIT
-"""Watches a run sample by sample: what the page draws, and the estimator of this host beside it."""
+"""Watches a run sample by sample: what the page draws, and the estimator of this host beside it.
+
+What a run tells its pages: a small file that is replaced at every event, and a ring of samples.
+
+Pages read both files; they need not have been there when the run began.
+
+The newest samples of a run in a file of fixed size: one process writes, any number reads.
+
+The first row holds the number of samples that were written so far. A sample is written before the
+number counts it. Readers use the newer half of the rows only, so that the writer does not overtake
+them.
+"""
 
 from __future__ import annotations
 
@@ -7,18 +18,144 @@ import time
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
+import msgspec
 import numpy as np
+import numpy.typing as npt
 
+from ehsid.harness.base.encoding import json_text, read_json
+from ehsid.harness.base.files import write_text
+from ehsid.harness.base.numbers import FloatArray
 from ehsid.harness.firmware.configuration import EstimatorConfiguration
 from ehsid.hil.answers import Result, SampleAnswer
+from ehsid.hil.configuration import Snapshot, taken
 from ehsid.hil.plan import Plan
-from ehsid.hil.recording import Recording
+from ehsid.hil.run import Recording
 from ehsid.hil.session import Counters
-from ehsid.hil.snapshot import Snapshot, taken
 from ehsid.hil.transport import Line
 
-from .ring import RingWriter
-from .told import COLUMNS, RING
+FILE = "told.json"
+RING = "samples.npy"
+MOST_EVENTS = 30
+
+# Columns of the ring in front of the parameters and their standard deviations.
+COLUMNS = (
+    "time_s",
+    "wall_s",
+    "command_v",
+    "position_m",
+    "reference_m",
+    "innovation_m",
+    "forgetting_factor",
+    "fit_percent",
+    "gain_v_m",
+    "status",
+    "converged",
+    "limited",
+    "changes",
+    "sent",
+    "asked_again",
+    "late",
+    "bad_here",
+    "bad_there",
+    "resumed",
+    "restarts",
+    "agrees",
+)
+
+
+class Told(msgspec.Struct):
+    """Content of the file.
+
+    Attributes
+    ----------
+    phase
+        what the worker does, in words.
+    board, firmware
+        the target, as it answers.
+    rig
+        name of the rig.
+    parameters
+        names of the parameters.
+    samples, dt_s
+        number of samples of the plan, and the sampling time, s.
+    position_control
+        whether the target controls the position.
+    faults
+        whether faults can be put into the line; `board_reset`: whether the board can be reset.
+    events
+        what has happened, the newest last: time in the run, s, and words.
+    snapshots
+        names of the files below snapshots/.
+    """
+
+    phase: str = ""
+    board: str = ""
+    firmware: str = ""
+    rig: str = ""
+    parameters: list[str] = msgspec.field(default_factory=list)
+    samples: int = 0
+    dt_s: float = 0.0
+    position_control: bool = False
+    faults: bool = False
+    board_reset: bool = False
+    events: list[tuple[float, str]] = msgspec.field(default_factory=list)
+    snapshots: list[str] = msgspec.field(default_factory=list)
+
+    def event(self, time_s: float, words: str) -> None:
+        """Adds an event; the oldest one goes where there are too many."""
+        words = words[:1].upper() + words[1:]
+        self.events = [*self.events, (time_s, words)][-MOST_EVENTS:]
+
+
+def write_told(folder: Path, told: Told) -> None:
+    """Writes the file, whole or not at all."""
+    write_text(folder / FILE, json_text(told))
+
+
+def read_told(folder: Path) -> Told:
+    """Reads the file; what a run tells that has not begun is empty."""
+    return read_json(folder / FILE, Told) or Told()
+
+
+ROWS = 65536
+
+
+class RingWriter:
+    """Writes samples of a fixed number of columns."""
+
+    def __init__(self, path: Path, columns: int, rows: int = ROWS) -> None:
+        shape = (rows + 1, columns)
+        # Whole under its name at once: a reader may look between the header and the rows.
+        aside = path.with_name(f".{path.name}.part")
+        self._file = np.lib.format.open_memmap(aside, mode="w+", dtype=np.float64, shape=shape)
+        aside.replace(path)
+        self._rows = rows
+        self._count = 0
+
+    def add(self, sample: npt.ArrayLike) -> None:
+        """Adds a sample in the place of the oldest one."""
+        self._file[1 + self._count % self._rows] = sample
+        self._count += 1
+        self._file[0, 0] = self._count
+
+
+class RingReader:
+    """Reads the newest samples."""
+
+    def __init__(self, path: Path) -> None:
+        self._file = np.load(path, mmap_mode="r")
+
+    @property
+    def count(self) -> int:
+        """Number of samples that were written so far."""
+        return int(self._file[0, 0])
+
+    def newest(self, samples: int) -> FloatArray:
+        """Returns at most this many of the newest samples, the oldest in front."""
+        rows, count = len(self._file) - 1, self.count
+        samples = min(samples, count, max(1, rows // 2))
+        places = np.arange(count - samples, count) % rows
+        return np.asarray(self._file[1 + places])
 
 
 class Watch(Recording):

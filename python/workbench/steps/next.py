@@ -1,21 +1,94 @@
 # SPDX-License-Identifier: MIT
-"""Next: what to do with the diagnosis; the experiment, the rig, the header, and all as one file."""
+"""Next: what to do with the diagnosis; the experiment, the rig, the header, and all as one file.
+
+The next experiment on the page: what it separates, its plots, and how to run it.
+
+What a diagnosis at work knows so far: its stages, the gap, the sets ahead, and the signals.
+"""
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Any
 
+import numpy as np
 import panel as pn
+from bokeh.models import Column
 
-from ehsid.harness.diagnosis.schema import DiagnosisFile, read_diagnosis_file
-from ehsid.harness.show.next_words import what_now
+from ehsid.harness.catalogue.channels import CHANNELS, COMMAND, POSITION, shown_channel
+from ehsid.harness.diagnosis import STAGES, in_words
+from ehsid.harness.diagnosis.schema import (
+    NEXT_EXPERIMENT,
+    DiagnosisFile,
+    NextExperiment,
+    read_diagnosis_file,
+)
+from ehsid.harness.records import read_record
+from ehsid.harness.show.gap_words import first_upper
+from ehsid.harness.show.page import Bar, Table
+from ehsid.harness.show.units import percent
+from ehsid.harness.show.which_section import (
+    again_command,
+    experiment_steps,
+    experiment_words,
+    what_now,
+)
 
 from .. import look
 from ..adoption import as_new_machine, use_as_rig
-from .header_part import HeaderPart
-from .next_experiment import experiment_plots, experiment_steps_html, experiment_words_html
-from .rig_changes import rig_changes_html
+from ..downsampling import make_pyramid, opened
+from ..plots import Line, Panel, stacked
+from ..session import Session
+from ..so_far import ERROR, TIME, SoFar, key, latest
+from .identification import HeaderPart
+from .rig import rig_changes_html
 from .step import StepView, progress
+
+LABELS = {COMMAND: "command in V", POSITION: "predicted position in mm"}
+
+
+def experiment_words_html(coming: NextExperiment) -> str:
+    """Returns what the experiment is and what it separates, as HTML."""
+    text = experiment_words(coming.description, coming.separates, coming.power)
+    return f"<h2>The next experiment</h2><p>{look.plain(text)}</p>"
+
+
+def experiment_plots(folder: Path, theme: str) -> Column:
+    """Returns plots of the command and of the predicted position over the time.
+
+    Parameters
+    ----------
+    folder
+        that of the diagnosis.
+    theme
+        key of `look.THEMES`.
+    """
+    record = read_record(folder / NEXT_EXPERIMENT, required=(COMMAND,))
+    panels = [
+        Panel(label, [Line(label, make_pyramid(record.columns[name]), CHANNELS[name].factor)])
+        for name, label in LABELS.items()
+        if name in record.columns
+    ]
+    return stacked(panels, record.time_s, theme, "time in s").layout
+
+
+def experiment_steps_html(session: Session, coming: NextExperiment) -> str:
+    """Returns how to run the experiment safely, as HTML, with the download of the command."""
+    entries = session.settings.records
+    fitted = [f"records/{entry.id}.parquet" for entry in entries if not entry.held_out]
+    judged = [f"records/{entry.id}.parquet" for entry in entries if entry.held_out]
+    steps = [
+        *experiment_steps(coming.sensors),
+        "Drop the new log on the step Load, beside the old ones, and diagnose again. In a "
+        "terminal, with the new log as new.csv:",
+    ]
+    items = "".join(f"<li>{look.plain(step)}</li>" for step in steps)
+    address = f"/result/{session.name}/gap/{NEXT_EXPERIMENT}?download=1"
+    return (
+        f'<p><a href="{address}">Download {NEXT_EXPERIMENT}</a>: time in s, command in V, and the '
+        f"predicted position in m</p><ol>{items}</ol>"
+        f"<pre>{look.plain(again_command(fitted, judged, 'rig.toml'))}</pre>"
+    )
 
 
 class NextStep(StepView):
@@ -124,3 +197,105 @@ class NextStep(StepView):
 def megabytes(size: int) -> str:
     """Returns the size of a file as people say it."""
     return f"{size / 1e6:.1f} MB" if size >= 1e5 else f"{size / 1e3:.0f} kB"
+
+
+KINDS = {"calibrated": "values fitted", "augmented": "set that is ahead"}
+SOMETIMES = ("together", "laws", "where", "experiment")  # stages that need not take place
+BARS = {
+    "nominal": "as configured",
+    "calibrated": "values fitted",
+    "augmented": "set that is ahead",
+    "floor": "noise floor",
+}
+
+
+class SoFarView:
+    """A part of the step Gap; it is empty while nothing is known."""
+
+    def __init__(self, session: Path, theme: str) -> None:
+        self._session, self._theme = session, theme
+        self._known = look.words("")
+        self._plots = pn.Column(sizing_mode="stretch_width")
+        self._folder: Path | None = None
+        self._drawn: Column | None = None
+        self.layout = pn.Column(self._known, self._plots, sizing_mode="stretch_width")
+
+    def refresh(self, *, running: bool) -> None:
+        """Shows the last stage that is known."""
+        found = latest(self._session) if running else None
+        if found is None:
+            self._folder, self._known.object, self._plots.objects = None, "", []
+            self._drawn = None
+            return
+        folder, known = found
+        if folder == self._folder:
+            return
+        self._folder = folder
+        self._known.object = _words(known)
+        if known.stage == "values" or not known.runs:
+            return
+        plots = _plots(folder, known, self._theme)
+        if self._drawn is not None:  # the range that is looked at stays
+            seen = self._drawn.children[0].x_range
+            plots.children[0].x_range.update(start=seen.start, end=seen.end)
+        self._drawn = plots
+        self._plots.objects = [plots]
+
+
+def _plots(folder: Path, known: SoFar, theme: str) -> Column:
+    """Returns the plots of the first record: each output, and what the simulations miss of it."""
+    time_s = np.load(folder / f"0_{TIME}.npy")
+    kinds = {kind: words for kind, words in KINDS.items() if kind == "calibrated" or known.ahead}
+    panels = []
+    for place, name in enumerate(known.runs[0].outputs):
+        words, factor, unit = shown_channel(name)
+
+        def line(kind: str, words: str, place: int = place, factor: float = factor) -> Line:
+            return Line(words, opened(folder, key(0, place, kind)), factor)
+
+        simulated = [line(kind, of) for kind, of in kinds.items()]
+        errors = [line(kind + ERROR, of) for kind, of in kinds.items()]
+        panels.append(Panel(f"{words} in {unit}", [*simulated, line("measured", "measured")]))
+        panels.append(Panel(f"error in {unit}", errors))
+    return stacked(panels, time_s, theme, "time in s").layout
+
+
+def _words(known: SoFar) -> str:
+    """Returns stages, gaps and sets as HTML."""
+    past = dict.fromkeys(known.past)
+    stages = "".join(
+        f"<li>{'▸ <b>' if stage == known.stage else '✓ ' if stage in past else ''}{words}"
+        f"{'</b>' if stage == known.stage else ''}</li>"
+        for stage, words in STAGES.items()
+        if stage == known.stage or stage in past or stage not in SOMETIMES
+    )
+    html = f'<div class="columns"><ul class="stages">{stages}</ul>'
+    if known.stage == "values":
+        return html + "</div>"
+    gaps = {kind: getattr(known, kind) for kind in BARS}
+    if known.stage == "alone":
+        del gaps["augmented"]
+    bars = look.told(_bars(gaps))
+    html += f"<div><b>Gap on held-out data, so far</b>{bars}</div></div>"
+    if known.sets:
+        rows = [(first_upper(in_words(ids)), _percent(gap)) for ids, gap in known.sets]
+        headings = ("sets that were tried, so far", "gap that is left")
+        html += look.told(Table("", headings, rows))
+    html += '<p class="soft">Not a result yet: what has more values always leaves less.</p>'
+    if known.runs:
+        name = look.plain(known.runs[0].record)
+        html += f"<p>Held-out data of {name}; error: simulated minus measured.</p>"
+    return html
+
+
+def _bars(gaps: dict[str, float | None]) -> Table:
+    largest = max((gap for gap in gaps.values() if gap is not None), default=0.0) or 1.0
+    rows = [
+        (BARS[kind], Bar("", _percent(gap), 100.0 * (gap or 0.0) / largest))
+        for kind, gap in gaps.items()
+    ]
+    return Table("", ("simulation", "gap"), rows)
+
+
+def _percent(gap: float | None) -> str:
+    return "diverges" if gap is None else percent(gap)

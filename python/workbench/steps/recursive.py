@@ -1,5 +1,8 @@
 # SPDX-License-Identifier: MIT
-"""Recursive: the estimator of the firmware over a record; it follows the sliders."""
+"""Recursive: the estimator of the firmware over a record; it follows the sliders.
+
+Model: a linear model of a record, and the estimator of the firmware on it.
+"""
 
 from __future__ import annotations
 
@@ -15,12 +18,20 @@ from ehsid.harness.show.model_file_names import ESTIMATION_FILES
 from ehsid.harness.show.page import Block, Heading, Items, Note
 
 from .. import look
-from ..model_choice import set_method, set_policy, slider_values, value_of
-from ..model_look import EstimateLook, look_of, read_estimate_look
+from ..model_look import (
+    EstimateLook,
+    look_of,
+    read_estimate_look,
+    set_method,
+    set_policy,
+    slider_values,
+    value_of,
+)
 from ..model_plots import EstimatePlots
 from ..model_tasks import estimated, io_data
 from ..reading import reading_of
 from ..session import MOST_COEFFICIENTS, MOST_DELAY
+from .identification import Identification
 from .step import StepView, progress
 
 # To try the changes takes several times as long as the estimate, too long for a slider that moves.
@@ -241,3 +252,17 @@ def _explained(slider: pn.widgets.DiscreteSlider, meaning: str) -> pn.Column:
     held = pn.Column(slider, look.words(f'<p class="soft small">{look.plain(meaning)}</p>'))
     held.styles = {"flex": "1 1 18rem", "min-width": "min(18rem, 100%)"}
     return held
+
+
+class ModelStep(StepView):
+    """The page of the step."""
+
+    def __init__(self, page: Any) -> None:
+        super().__init__(page)
+        self._parts = (Identification(page), Recursive(page))
+        self.layout.objects = [part.layout for part in self._parts]
+
+    def refresh(self) -> None:
+        """Shows what has changed in both parts."""
+        for part in self._parts:
+            part.refresh()

@@ -1,24 +1,198 @@
 # SPDX-License-Identifier: MIT
-"""Rig: what is known of the machine, in the units of engineers; typical values fill the rest."""
+"""Rig: what is known of the machine, in the units of engineers; typical values fill the rest.
+
+A drawing of the machine with the values of the form: cylinder, valve, supply and load.
+
+The rig that a diagnosis found beside the rig before, as tables.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from html import escape
+from pathlib import Path
 from typing import Any
 
 import panel as pn
 
+from ehsid.harness.base.error_words import printable
 from ehsid.harness.base.files import result_files, write_text
 from ehsid.harness.catalogue.parameters import plant_parameters
-from ehsid.harness.rigs import RigError, read_rig
-from ehsid.harness.rigs.answers import answered, read_answer, rig_file_text
+from ehsid.harness.catalogue.spellings import ParameterKey
+from ehsid.harness.diagnosis.schema import DiagnosisFile
+from ehsid.harness.rigs import Rig, RigError, read_rig
 from ehsid.harness.rigs.new import Entry, shown
-from ehsid.harness.rigs.questions import EXAMPLES, QUESTIONS, Question
-from ehsid.harness.show.page import Table, Tagged
+from ehsid.harness.rigs.questions import (
+    EXAMPLES,
+    QUESTIONS,
+    Question,
+    answered,
+    read_answer,
+    rig_file_text,
+)
+from ehsid.harness.rigs.rig import table_words
+from ehsid.harness.rigs.writing import Change, changes
+from ehsid.harness.show.gap_words import first_upper, quantity, unit_of, value_name
+from ehsid.harness.show.page import Block, Folded, Heading, Items, Table, Tagged
 
 from .. import look
-from ..drawing import machine_svg
 from ..session import RIG
 from .step import StepView
+
+WIDTH, HEIGHT = 560, 330
+
+
+def machine_svg(answers: Mapping[str, str], sizes: Mapping[str, float], *, double: bool) -> str:
+    """Returns the drawing of a servo as SVG.
+
+    Parameters
+    ----------
+    answers
+        what is written at the parts, by the names of the questions; "" is shown as "?".
+    sizes
+        bore, rod and stroke in metres, as far as they are known; the cylinder has their
+        proportions.
+    double
+        whether the rod is on both sides.
+    """
+    bore = sizes.get("bore", 0.063)
+    height = 64.0
+    rod = height * min(max(sizes.get("rod", 0.5 * bore) / bore, 0.0), 0.95)
+    length = min(max(height * sizes.get("stroke", 5.0 * bore) / bore, 110.0), 250.0)
+    left, top = 70.0, 60.0
+    piston, middle = left + 0.45 * length, top + 0.5 * height
+    load = left + length + 60.0
+    parts = [
+        _box(left, top, length + 14, height, "var(--tint)"),
+        _box(piston, top, 14, height, "var(--soft)"),
+        _box(piston + 14, middle - 0.5 * rod, load - piston - 14, rod, "var(--line)"),
+        _box(load, middle - 35, 70, 70, "var(--line)"),
+        *([_box(left - 45, middle - 0.5 * rod, piston - left + 45, rod, "var(--line)")] * double),
+        _line(left, top - 14, left + length, top - 14),
+        _text(left + 0.5 * length, top - 20, f"stroke {_of(answers, 'stroke')}", "middle"),
+        _text(left + 6, middle + 4, f"⌀ {_of(answers, 'bore')}"),
+        _text(piston + 22, middle - 0.5 * rod - 5, f"⌀ {_of(answers, 'rod')}"),
+        _text(load + 35, middle + 52, _of(answers, "mass"), "middle"),
+        _text(load + 35, middle - 42, "load", "middle"),
+    ]
+    valve = left + 0.5 * length - 50
+    bottom = top + height
+    for x in (left + 12, left + length):
+        end = valve + (20 if x == left + 12 else 80)
+        parts.append(_path(f"M{x} {bottom} V{bottom + 22} H{end} V{bottom + 45}"))
+    parts += [
+        _box(valve, bottom + 45, 100, 36, "var(--tint)"),
+        _text(valve + 50, bottom + 68, "valve", "middle"),
+        _text(valve + 110, bottom + 59, f"{_of(answers, 'rated-flow')}"),
+        _text(valve + 110, bottom + 77, f"at {_of(answers, 'rated-drop')}"),
+        _text(valve - 8, bottom + 68, _of(answers, "rated-command"), "end"),
+        _path(f"M{valve + 30} {bottom + 81} V{bottom + 110}"),
+        _path(f"M{valve + 70} {bottom + 81} V{bottom + 110}"),
+        _text(valve + 28, bottom + 128, f"P {_of(answers, 'supply')}", "end"),
+        _text(valve + 72, bottom + 128, f"T {_of(answers, 'tank')}"),
+    ]
+    return (
+        f'<svg viewBox="0 0 {WIDTH} {HEIGHT}" role="img" aria-label="Drawing of the machine" '
+        f'style="width:100%;max-width:{WIDTH}px">{"".join(parts)}</svg>'
+    )
+
+
+def _of(answers: Mapping[str, str], name: str) -> str:
+    return answers.get(name, "").strip()[:18] or "?"
+
+
+def _box(x: float, y: float, width: float, height: float, fill: str) -> str:
+    return (
+        f'<rect x="{x:.1f}" y="{y:.1f}" width="{width:.1f}" height="{height:.1f}" fill="{fill}" '
+        'stroke="var(--ink)"/>'
+    )
+
+
+def _line(x: float, y: float, to_x: float, to_y: float) -> str:
+    return f'<line x1="{x:.1f}" y1="{y:.1f}" x2="{to_x:.1f}" y2="{to_y:.1f}" stroke="var(--soft)"/>'
+
+
+def _path(path: str) -> str:
+    return f'<path d="{path}" fill="none" stroke="var(--ink)" stroke-width="1.5"/>'
+
+
+def _text(x: float, y: float, text: str, anchor: str = "start") -> str:
+    return (
+        f'<text x="{x:.1f}" y="{y:.1f}" text-anchor="{anchor}" fill="var(--ink)">'
+        f"{escape(printable(text))}</text>"
+    )
+
+
+# Of a value: smaller changes are nothing that a data sheet could say, and are not shown.
+LEAST_CHANGE = 1e-3
+COLUMNS = ("value", "before", "after", "change")
+
+
+def rig_changes_html(before_file: Path, after_file: Path, found: DiagnosisFile) -> str:
+    """Returns what the diagnosis made of the rig: what it added, and which values moved.
+
+    Parameters
+    ----------
+    before_file, after_file
+        the rig of the diagnosis, and the one that it wrote.
+    found
+        the diagnosis; it says which values moved more than by chance.
+    """
+    before, after = read_rig(before_file), read_rig(after_file)
+    moved = {name for name, value in found.calibration.items() if value.moved}
+    every = changes(before, after, least=LEAST_CHANGE)
+    added = [one for one in every if one.before is None and not _is_nuisance(one)]
+    fitted = [one for one in every if one.before is not None and not _is_nuisance(one)]
+    hidden = [one for one in every if _is_nuisance(one)]
+    blocks: list[Block] = [Heading("The rig with what was found")]
+    laws = _laws(before, after)
+    if added:
+        blocks.append(_table("Added", added, moved))
+    if laws:
+        blocks += ["Added:", Items(laws)]
+    if not (added or laws):
+        blocks.append("No effect was added.")
+    if fitted:
+        caption = "Values that moved by 0.1 % or more"
+        if any(one.key in moved for one in fitted):
+            caption += "; marked: the change matters, and cannot be chance"
+        blocks.append(_table(caption, fitted, moved))
+    if hidden:
+        title = f"What no data sheet states ({len(hidden)})"
+        blocks.append(Folded(title, [_table("", hidden, moved)]))
+    return look.told(*blocks)
+
+
+def _is_nuisance(change: Change) -> bool:
+    return ParameterKey(change.key).is_nuisance
+
+
+def _table(caption: str, shown: list[Change], moved: set[str]) -> Table:
+    rows = [
+        (
+            first_upper(value_name(one.key)),
+            _shown(one.key, one.before),
+            _shown(one.key, one.after),
+            "" if one.share is None else f"{100.0 * one.share:+.2g} %",
+        )
+        for one in shown
+    ]
+    marked = [i for i, one in enumerate(shown) if one.key in moved]
+    return Table(caption, COLUMNS, rows, marked)
+
+
+def _shown(key: str, value: float | None) -> str:
+    return "–" if value is None else quantity(value, unit_of(key))
+
+
+def _laws(before: Rig, after: Rig) -> list[str]:
+    """Returns the terms that have no name in the catalogue."""
+    return [
+        f"{name}: {table_words(law.adds_to, law.of)}, a table of {len(law.knots)} points"
+        for name, law in after.tables.items()
+        if name not in before.tables
+    ]
+
 
 PLANTS = {"hydraulic: valve and cylinder": "ehs", "motor-driven axis": "axis"}
 

@@ -15,7 +15,7 @@ from ehsid.harness.diagnosis.options import DiagnosisOptions
 from ehsid.harness.diagnosis.schema import Verdict
 from ehsid.harness.records import write_record
 from ehsid.harness.rigs import write_rig
-from ehsid.harness.show.diagnosis_files import simulation_table
+from ehsid.harness.show.gap_page import simulation_table
 
 
 @pytest.fixture
@@ -71,7 +71,7 @@ def test_records_and_rigs_of_every_kind_reach_the_diagnosis(
 def test_progress_goes_to_the_logger_where_no_terminal_is(
     fake: FakeDiagnose, caplog: pytest.LogCaptureFixture, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("ehsid.harness.api.progress.LINE_EVERY_S", 0.0)
+    monkeypatch.setattr("ehsid.harness.api.wording.LINE_EVERY_S", 0.0)
     record = measured_record("run", 1, seconds=1.0, dt_s=2e-3)
     with caplog.at_level(logging.INFO, logger="ehsid"):
         ehsid.diagnose(record, bench())

@@ -9,7 +9,7 @@ from sources import ROOT
 
 import ehsid
 
-FUNCTIONS = ("diagnose", "estimate", "identify", "read", "rig", "simulate")
+FUNCTIONS = ("diagnose", "estimate", "identify", "record", "rig", "simulate")
 
 
 @pytest.mark.parametrize("module", FUNCTIONS)

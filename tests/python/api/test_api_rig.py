@@ -7,7 +7,7 @@ from sources import ROOT
 
 import ehsid
 from ehsid.harness.rigs import parse_rig, read_rig
-from ehsid.harness.rigs.answers import answered, rig_file_text
+from ehsid.harness.rigs.questions import answered, rig_file_text
 
 BENCH = ROOT / "examples" / "rigs" / "bench.toml"
 PLATE = {

@@ -15,11 +15,10 @@ from sources import ROOT
 
 from ehsid.harness.firmware import EstimatorConfiguration, ServoSettings
 from ehsid.harness.models.identification import ArxOrders
-from ehsid.hil import cobs
+from ehsid.hil import frames
 from ehsid.hil.answers import parse_answer
 from ehsid.hil.configuration import Configuration, ControllerSettings
-from ehsid.hil.errors import BadFrame, HilError
-from ehsid.hil.frames import Packet, decode, encode
+from ehsid.hil.frames import BadFrame, HilError, Packet, decode, encode
 from ehsid.hil.session import Session
 
 TITLE = "Frames on the serial line"
@@ -124,7 +123,7 @@ CASES = (
     frame("a block that ends too early", b"\x05ab", "needs 5 bytes", "has 3 left"),
     frame("a zero inside", b"\x03a\0", "zero byte inside"),
     frame("a frame longer than any", b"\x55" * 600, "longer than 515 bytes"),
-    frame("a packet longer than any", cobs.encode(bytes(513)), "at most 512"),
+    frame("a packet longer than any", frames.cobs_encode(bytes(513)), "at most 512"),
     frame("a bit flipped on the way", bytes([GOOD[0], GOOD[1] ^ 4]) + GOOD[2:], "check sum"),
     frame("text of a boot loader", b"U-Boot 2024.01", "not COBS"),
     answer("an answer of no kind", "kind 0x77", 0x77, b"", "0x77"),

@@ -11,8 +11,8 @@ import typer
 from scipy.optimize import brentq
 
 from ehsid.harness.base.error_words import error_words
+from ehsid.harness.cli.console import set_verbosity
 from ehsid.harness.cli.lazy import errors_as_messages
-from ehsid.harness.cli.verbosity import set_verbosity
 from ehsid.harness.records import make_record
 
 LIBRARY: list[Callable[[], object]] = [

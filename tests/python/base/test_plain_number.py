@@ -3,7 +3,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from ehsid.harness.base.plain_number import plain_number
+from ehsid.harness.base.numbers import plain_number
 
 
 @pytest.mark.parametrize(

@@ -5,8 +5,7 @@ from __future__ import annotations
 
 import pytest
 
-from ehsid.harness.catalogue.effect_names import effect_name
-from ehsid.harness.catalogue.parameters import effects
+from ehsid.harness.catalogue.parameters import effect_name, effects
 from ehsid.harness.diagnosis import in_words
 from ehsid.harness.show.gap_words import plain_name
 

@@ -3,8 +3,8 @@
 
 import pickle
 
-from ehsid.harness.catalogue.keys import ParameterKey, effect_values, sizes_of
 from ehsid.harness.catalogue.parameters import effects, names_of, parameter_keys
+from ehsid.harness.catalogue.spellings import ParameterKey, effect_values, sizes_of
 
 
 def test_every_value_of_the_plant_is_of_one_kind() -> None:

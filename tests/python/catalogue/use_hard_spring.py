@@ -12,14 +12,14 @@ from pathlib import Path
 import numpy as np
 
 import ehsid
-from ehsid.harness.catalogue.keys import ParameterKey
+from ehsid.harness.catalogue.spellings import ParameterKey
 from ehsid.harness.diagnosis import diagnose
 from ehsid.harness.diagnosis.data.regimes import visited
 from ehsid.harness.diagnosis.options import DiagnosisOptions
 from ehsid.harness.diagnosis.search.identifiability import unidentifiable_effects
 from ehsid.harness.records import Record, make_record
 from ehsid.harness.rigs import Rig, read_rig, rig_text
-from ehsid.harness.show.diagnosis_files import write_diagnosis
+from ehsid.harness.show.gap_page import write_diagnosis
 from ehsid.harness.signals.excitation import multisine, triangle
 from ehsid.harness.signals.injection import InjectError, inject
 from ehsid.harness.signals.simulation import draw_noise, simulate

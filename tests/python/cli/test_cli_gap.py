@@ -15,7 +15,7 @@ from made_diagnoses import VERDICTS, bench, made_diagnosis, measured_record
 from typer.testing import CliRunner
 
 from ehsid.harness.cli import cli
-from ehsid.harness.cli.many_values import repeated
+from ehsid.harness.cli.console import repeated
 from ehsid.harness.diagnosis.data.gate import how_read
 from ehsid.harness.diagnosis.options import DiagnosisOptions
 from ehsid.harness.diagnosis.result import Diagnosis

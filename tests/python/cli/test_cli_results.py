@@ -20,7 +20,7 @@ from ehsid.harness.base.parallel import workers
 from ehsid.harness.cli import cli
 from ehsid.harness.records import make_record, write_record
 from ehsid.harness.rigs import write_rig
-from ehsid.lab.calibration.features import write_features
+from ehsid.lab.calibration.fitting import write_features
 
 pytestmark = pytest.mark.usefixtures("blank_pictures", "no_plots")
 

@@ -12,10 +12,9 @@ import pytest
 from sources import HARNESS, ROOT
 from typer.testing import CliRunner
 
-from ehsid.harness.base.text import printable
+from ehsid.harness.base.error_words import printable
 from ehsid.harness.cli import cli
-from ehsid.harness.cli.common import refuse
-from ehsid.harness.cli.console import Console, print_blocks, print_points
+from ehsid.harness.cli.console import Console, print_blocks, print_points, refuse
 from ehsid.harness.cli.progress import progress_of
 from ehsid.harness.rigs import read_rig, write_rig
 from ehsid.harness.show.page import Table, Told

@@ -8,7 +8,7 @@ import typing
 import pytest
 import typer
 
-from ehsid.harness.cli.fail_on import fail_if, failing_verdicts
+from ehsid.harness.cli.gap import fail_if, failing_verdicts
 from ehsid.harness.diagnosis.schema import Verdict
 
 

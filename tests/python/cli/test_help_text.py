@@ -10,8 +10,8 @@ import pytest
 from typer.testing import CliRunner
 
 from ehsid.harness.cli import GROUPS, VERBS, cli
-from ehsid.harness.cli.help_text import examples_text, help_text
 from ehsid.harness.cli.lazy import Verb
+from ehsid.harness.cli.usage import examples_text, help_text
 
 
 def shown(*words: str) -> str:

@@ -14,8 +14,8 @@ import pytest
 from typer.testing import CliRunner
 
 from ehsid.harness.cli import VERBS, cli
+from ehsid.harness.cli.console import set_verbosity
 from ehsid.harness.cli.lazy import Verb
-from ehsid.harness.cli.verbosity import set_verbosity
 
 
 @pytest.fixture(autouse=True)

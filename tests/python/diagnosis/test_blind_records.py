@@ -13,12 +13,11 @@ import pytest
 from ehsid.harness.diagnosis import diagnose
 from ehsid.harness.records import make_record
 from ehsid.harness.rigs import parse_rig
-from ehsid.lab.blind.answers import Answer
+from ehsid.lab.blind.making import Answer
 from ehsid.lab.reality import make_case
 from ehsid.lab.reality.case import Kind, Sensors
-from ehsid.lab.reality.structure import Grade
-from ehsid.lab.scoring.judging import Judgement, judge
-from ehsid.lab.scoring.reading import Findings, NamedEffect
+from ehsid.lab.reality.variants import Grade
+from ehsid.lab.scoring.judging import Findings, Judgement, NamedEffect, judge
 
 pytestmark = pytest.mark.usefixtures("one_process")
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from ehsid.harness.diagnosis.pace import Known, Pace
+from ehsid.harness.diagnosis.job import Known, Pace
 
 
 def told(*calls: Any, may_be_joint: bool = False) -> list[float]:

@@ -14,7 +14,7 @@ from sources import ROOT
 from ehsid.harness.fitness import Finding, Status, check_rig
 from ehsid.harness.records import Record, make_record
 from ehsid.harness.rigs import parse_rig, read_rig
-from ehsid.harness.rigs.answers import answered, rig_file_text
+from ehsid.harness.rigs.questions import answered, rig_file_text
 from ehsid.harness.signals.excitation import multisine
 from ehsid.harness.signals.simulation import draw_noise, simulate
 

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from ehsid.harness.fitness.smooth import kernel
+from ehsid.harness.fitness.motion import kernel
 
 
 @given(

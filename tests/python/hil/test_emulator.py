@@ -14,7 +14,7 @@ from pathlib import Path
 import pytest
 
 from ehsid.hil.emulator import QEMU, Emulator, emulated
-from ehsid.hil.errors import HilError
+from ehsid.hil.frames import HilError
 from ehsid.hil.transport import open_line
 
 needs_qemu = pytest.mark.skipif(

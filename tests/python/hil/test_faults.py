@@ -10,12 +10,10 @@ from pathlib import Path
 import pytest
 from hil_target import FakeDevice, Target
 
-from ehsid.hil.devices import EmulatedDevice, SocketDevice
-from ehsid.hil.errors import HilError
-from ehsid.hil.faults import FAULTS, TO_HOST, TO_TARGET, OnRequest, fault
-from ehsid.hil.relay import relayed
+from ehsid.hil.faults import FAULTS, TO_HOST, TO_TARGET, OnRequest, fault, relayed
+from ehsid.hil.frames import HilError
 from ehsid.hil.session import Session
-from ehsid.hil.transport import open_line
+from ehsid.hil.transport import EmulatedDevice, SocketDevice, open_line
 
 
 def test_a_fault_is_put_in_once_and_in_its_direction() -> None:

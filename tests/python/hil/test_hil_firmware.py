@@ -27,14 +27,11 @@ import ehsid
 from ehsid.harness.firmware import Seed, ServoSettings
 from ehsid.hil.answers import Result, Safe, ServoResult
 from ehsid.hil.configuration import Configuration
-from ehsid.hil.devices import EmulatedDevice
-from ehsid.hil.errors import HilError, TargetReset
-from ehsid.hil.faults import TO_TARGET, Passing, undisturbed
-from ehsid.hil.frames import decode
-from ehsid.hil.relay import Device, Relay, relayed
+from ehsid.hil.faults import TO_TARGET, Device, Passing, Relay, relayed, undisturbed
+from ehsid.hil.frames import HilError, TargetReset, decode
 from ehsid.hil.requests import Sample
 from ehsid.hil.session import Session
-from ehsid.hil.transport import Line, open_line
+from ehsid.hil.transport import EmulatedDevice, Line, open_line
 
 SAMPLES = 40
 

@@ -16,26 +16,22 @@ from hil_target import FakeDevice, Target
 
 import ehsid
 from ehsid.harness.records import read_record
-from ehsid.harness.rigs.published import published_rig
+from ehsid.harness.rigs.new import published_rig
 from ehsid.harness.signals.excitation import random_steps
 from ehsid.harness.signals.simulation import draw_noise, simulate_closed_loop, suggested_controller
-from ehsid.harness.signals.simulation.outputs import OUTPUTS, OUTPUTS_OF
+from ehsid.harness.signals.simulation.run import OUTPUTS, OUTPUTS_OF
 from ehsid.hil.answers import Identity
 from ehsid.hil.comparison import compare, rmse
-from ehsid.hil.errors import HilError
-from ehsid.hil.faults import TO_TARGET, Passing, undisturbed
-from ehsid.hil.frames import decode
+from ehsid.hil.faults import TO_TARGET, Passing, Relay, relayed, undisturbed
+from ehsid.hil.frames import HilError, decode
 from ehsid.hil.messages import Kind
 from ehsid.hil.page import lead
 from ehsid.hil.plan import Plan, position_plan
-from ehsid.hil.recording import ESTIMATES, RECORD, Recording
-from ehsid.hil.relay import Relay, relayed
-from ehsid.hil.run import MOST_RESTARTS, RunResult, run_plan
+from ehsid.hil.run import ESTIMATES, MOST_RESTARTS, RECORD, Recording, RunResult, run_plan
 from ehsid.hil.session import Session
 from ehsid.hil.transport import Line, open_line
-from ehsid.lab.studies.published import DT_S
-from ehsid.lab.studies.rig_records import changed_record, rig_record
-from ehsid.lab.studies.target_plans import experiment_plans
+from ehsid.lab.studies.on_target import experiment_plans
+from ehsid.lab.studies.rig_records import DT_S, changed_record, rig_record
 
 SAMPLES = 120
 RIG = published_rig()

@@ -11,7 +11,7 @@ from hil_firmware import ROOT
 import ehsid
 from ehsid.harness.models.estimation.servo import KEYS
 from ehsid.hil import messages
-from ehsid.hil.layout import Field, Message, Type, check
+from ehsid.hil.frames import Field, Message, Type, check
 from ehsid.hil.messages import Flags, Kind, Reason, Settings, State
 
 FIRMWARE = ROOT / "examples" / "firmware" / "servo"

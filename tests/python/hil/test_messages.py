@@ -16,8 +16,7 @@ from ehsid.harness.firmware import EstimatorConfiguration, Seed, ServoSettings
 from ehsid.harness.models.identification import ArxOrders
 from ehsid.hil.answers import Done, Identity, Refused, Result, Safe, ServoResult, parse_answer
 from ehsid.hil.configuration import Configuration, ControllerSettings
-from ehsid.hil.errors import BadFrame, HilError
-from ehsid.hil.frames import Packet
+from ehsid.hil.frames import BadFrame, HilError, Packet
 from ehsid.hil.messages import Reason, State, status_name
 from ehsid.hil.requests import Hello, Resume, Sample, Start, Stop
 

@@ -24,10 +24,8 @@ from ehsid.harness.firmware import ServoSettings
 from ehsid.harness.models.identification import ArxOrders
 from ehsid.hil import session as session_module
 from ehsid.hil.answers import Done, Result
-from ehsid.hil.errors import HilError, TargetReset
-from ehsid.hil.faults import FAULTS, TO_HOST, TO_TARGET, Passing, fault, undisturbed
-from ehsid.hil.frames import encode
-from ehsid.hil.relay import Relay, relayed
+from ehsid.hil.faults import FAULTS, TO_HOST, TO_TARGET, Passing, Relay, fault, relayed, undisturbed
+from ehsid.hil.frames import HilError, TargetReset, encode
 from ehsid.hil.requests import Resume, Sample
 from ehsid.hil.session import Session
 from ehsid.hil.transport import Line, open_line

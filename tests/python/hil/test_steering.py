@@ -18,19 +18,18 @@ import ehsid
 from ehsid.harness.firmware.configuration import EstimatorConfiguration
 from ehsid.harness.models.identification import ArxOrders
 from ehsid.harness.rigs import Rig, read_rig
-from ehsid.harness.rigs.published import published_rig
-from ehsid.harness.signals.simulation.outputs import OUTPUTS_OF
-from ehsid.harness.signals.simulation.signal_options import SignalOptions
+from ehsid.harness.rigs.new import published_rig
+from ehsid.harness.signals.simulation.run import OUTPUTS_OF
+from ehsid.harness.signals.simulation.settings import SignalOptions
 from ehsid.hil.comparison import compare
-from ehsid.hil.errors import HilError
+from ehsid.hil.configuration import read_snapshot, restored, taken, write_snapshot
+from ehsid.hil.faults import Relay, relayed
+from ehsid.hil.frames import HilError
 from ehsid.hil.loop import LoopRun, with_machine
 from ehsid.hil.plan import Plan
-from ehsid.hil.recording import RECORD, Recording
-from ehsid.hil.relay import Relay, relayed
-from ehsid.hil.run import RunResult, run_plan
+from ehsid.hil.requests import Stopped
+from ehsid.hil.run import RECORD, Recording, RunResult, run_plan
 from ehsid.hil.session import Session
-from ehsid.hil.snapshot import read_snapshot, restored, taken, write_snapshot
-from ehsid.hil.steering import Stopped
 from ehsid.hil.transport import Line, open_line
 
 RIG = published_rig()

@@ -16,8 +16,7 @@ import serial.rfc2217
 from hypothesis import given
 from hypothesis import strategies as st
 
-from ehsid.hil.errors import HilError
-from ehsid.hil.frames import MAX_FRAME, encode
+from ehsid.hil.frames import MAX_FRAME, HilError, encode
 from ehsid.hil.transport import Line, open_line
 
 FRAME = encode(4, 7, bytes(range(95)))

@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 
 from ehsid.harness.records import Hints, Record, RecordError, read_record
 from ehsid.harness.records.checks import sentinels_of
-from ehsid.harness.records.in_memory import record_of_columns
+from ehsid.harness.records.formats import record_of_columns
 
 FloatArray = npt.NDArray[np.float64]
 COUNT, DT_S = 400, 0.01

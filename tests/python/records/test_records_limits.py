@@ -15,11 +15,10 @@ import pytest
 import scipy.io
 from sources import ROOT
 
-from ehsid.harness.records import RecordError, limits, read_record
-from ehsid.harness.records.limits import BYTES, SAMPLES
+from ehsid.harness.records import RecordError, errors, read_record
+from ehsid.harness.records.errors import BYTES, SAMPLES
 from ehsid.harness.rigs import read_rig
-from ehsid.harness.rigs.errors import RigError
-from ehsid.harness.rigs.toml_text import RIG_BYTES
+from ehsid.harness.rigs.errors import RIG_BYTES, RigError
 
 NAMES = ("time_s", "command_v")
 COUNT = 2_000_000  # 16 MB of each array, a few kB compressed
@@ -172,5 +171,5 @@ def test_a_limit_that_is_no_number_is_refused(value: str, monkeypatch: pytest.Mo
 
 def test_the_limits_stand_in_the_documents() -> None:
     text = (ROOT / "docs" / "records.md").read_text("utf-8")
-    for limit in (BYTES, SAMPLES, limits.COLUMNS, limits.LINE, RIG_BYTES):
+    for limit in (BYTES, SAMPLES, errors.COLUMNS, errors.LINE, RIG_BYTES):
         assert f"| `{limit.variable}` | {limit.default:,} |".replace(",", " ") in text

@@ -6,7 +6,7 @@ from __future__ import annotations
 import pytest
 
 from ehsid.harness.rigs import parse_rig
-from ehsid.harness.rigs.answers import answered, rig_file_text
+from ehsid.harness.rigs.questions import answered, rig_file_text
 
 ANSWERS = {
     "bore": "63 mm",

@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from ehsid.harness.rigs import RigError, parse_rig
-from ehsid.harness.rigs.table_law import EQUATIONS, VARIABLES, TableLaw
+from ehsid.harness.rigs.rig import EQUATIONS, VARIABLES, TableLaw
 from ehsid.harness.rigs.writing import rig_text
 from ehsid.harness.signals.simulation import simulate
 from ehsid.harness.signals.simulation.windows import simulate_windows

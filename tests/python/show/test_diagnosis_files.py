@@ -19,7 +19,7 @@ from ehsid.harness.diagnosis.result import Diagnosis, diagnosis_text
 from ehsid.harness.diagnosis.schema import SUBSYSTEMS, read_diagnosis_file
 from ehsid.harness.records import Record, read_record
 from ehsid.harness.rigs import read_rig
-from ehsid.harness.show.diagnosis_files import simulation_table, write_diagnosis
+from ehsid.harness.show.gap_page import simulation_table, write_diagnosis
 
 # The page with its plots: test_gap_page.py, and the command for each verdict.
 pytestmark = pytest.mark.usefixtures("no_plots")

@@ -14,10 +14,10 @@ from ehsid.harness.diagnosis import diagnose
 from ehsid.harness.diagnosis.result import Diagnosis
 from ehsid.harness.diagnosis.schema import Candidate, Remark
 from ehsid.harness.records import make_record
-from ehsid.harness.show.gap_brief import brief_tables, told_reasons, told_remarks
 from ehsid.harness.show.gap_page import render_diagnosis
+from ehsid.harness.show.gap_words import brief_tables, told_reasons, told_remarks
 from ehsid.harness.show.page import Note, Table
-from ehsid.harness.show.shares import percent
+from ehsid.harness.show.units import percent
 from ehsid.harness.show.which_section import which_section
 
 RANKED: tuple[tuple[str, float, str], ...] = (

@@ -13,11 +13,10 @@ from msgspec.structs import replace as replace_part
 from ehsid.harness.diagnosis.result import HeldOutRun
 from ehsid.harness.diagnosis.schema import Estimate, Remark, Value
 from ehsid.harness.records import Origin, Taken
-from ehsid.harness.show.gap_facts import diagnosis_facts
-from ehsid.harness.show.gap_marks import gap_bars, share_bar, timelines, value_table
 from ehsid.harness.show.gap_page import RecordLine, render_diagnosis
+from ehsid.harness.show.gap_plots import gap_bars, share_bar, timelines, value_table
 from ehsid.harness.show.page import Bars, Heading, Mark, Tagged
-from ehsid.harness.show.where_section import where_section
+from ehsid.harness.show.where_section import diagnosis_facts, where_section
 
 RECORDS = [
     RecordLine("fit", "fit", "data/fit run.csv", "ab" * 32),

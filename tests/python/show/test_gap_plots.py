@@ -5,8 +5,7 @@ import numpy as np
 from made_diagnoses import made_diagnosis
 
 from ehsid.harness.diagnosis.result import HeldOutRun
-from ehsid.harness.show.gap_curves import curves_of
-from ehsid.harness.show.gap_plots import SIMULATED, next_plots, run_blocks
+from ehsid.harness.show.gap_plots import SIMULATED, curves_of, next_plots, run_blocks
 from ehsid.harness.show.page import Heading, Page, Plot, Section
 from ehsid.harness.show.rendering import render_page
 

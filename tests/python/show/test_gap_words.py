@@ -7,8 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import ehsid
-from ehsid.harness.catalogue.parameters import belongs_to, effects
-from ehsid.harness.catalogue.value_names import SHARE_OF, VALUE_NAMES
+from ehsid.harness.catalogue.parameters import SHARE_OF, VALUE_NAMES, belongs_to, effects
 from ehsid.harness.diagnosis.schema import Estimate
 from ehsid.harness.show.gap_words import (
     VERDICTS,

@@ -9,7 +9,7 @@ from typing import get_args
 import pytest
 
 from ehsid.harness.diagnosis.schema import Verdict
-from ehsid.harness.show.next_words import (
+from ehsid.harness.show.which_section import (
     again_command,
     experiment_steps,
     experiment_words,

@@ -20,7 +20,7 @@ from page_names import EVIL, PLAIN, Reader, file_name, read_page, words
 from sources import ROOT
 from typer.testing import CliRunner
 
-from ehsid.harness.base.text import printable
+from ehsid.harness.base.error_words import printable
 from ehsid.harness.cli import cli
 from ehsid.harness.rigs import read_rig, write_rig
 

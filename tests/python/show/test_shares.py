@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from ehsid.harness.diagnosis.schema import Estimate
-from ehsid.harness.show.shares import SPACE, percent, percent_interval
+from ehsid.harness.show.units import SPACE, percent, percent_interval
 
 
 def plain(text: str) -> str:

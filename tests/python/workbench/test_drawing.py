@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import xml.etree.ElementTree as ET
 
-from ehsid.workbench.drawing import machine_svg
+from ehsid.workbench.steps.rig import machine_svg
 
 
 def boxes(svg: str) -> list[dict[str, str]]:

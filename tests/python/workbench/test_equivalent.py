@@ -11,10 +11,10 @@ from app_sessions import ANSWERS, entry_of, german_log, read_session
 from typer.testing import CliRunner
 
 from ehsid.harness.cli import cli
-from ehsid.harness.rigs.answers import answered, rig_file_text
+from ehsid.harness.rigs.questions import answered, rig_file_text
 from ehsid.workbench.equivalent import commands, python, shown_commands
+from ehsid.workbench.jobs import check_task
 from ehsid.workbench.session import Session
-from ehsid.workbench.tasks import check_task
 
 SIMPLE = ("map", "rig", "check")
 

@@ -26,8 +26,7 @@ from ehsid.workbench.lesson import (
     shows,
     truth,
 )
-from ehsid.workbench.lesson_flow import Stage, advance, lessons
-from ehsid.workbench.lesson_part import is_found, named, outcome_html
+from ehsid.workbench.lesson_part import Stage, advance, is_found, lessons, named, outcome_html
 from ehsid.workbench.workbench import Workbench
 
 

@@ -14,12 +14,11 @@ from estimating_target import EstimatingTarget
 from hil_target import FakeDevice
 
 from ehsid.harness.records import read_record
-from ehsid.hil.relay import Relay, relayed
+from ehsid.hil.faults import Relay, relayed
 from ehsid.workbench.jobs import Job, State
-from ehsid.workbench.live.ring import RingReader
 from ehsid.workbench.live.runs import SERVED, LiveRuns
 from ehsid.workbench.live.settings import LiveSettings
-from ehsid.workbench.live.told import COLUMNS, RING, read_told
+from ehsid.workbench.live.watching import COLUMNS, RING, RingReader, read_told
 from ehsid.workbench.workbench import Workbench
 
 

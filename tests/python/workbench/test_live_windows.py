@@ -9,9 +9,16 @@ from typing import Any
 import numpy as np
 import pytest
 
-from ehsid.workbench.live.ring import RingReader, RingWriter
-from ehsid.workbench.live.told import COLUMNS, MOST_EVENTS, Told, read_told, write_told
-from ehsid.workbench.live.windows import drawn, rate, span
+from ehsid.workbench.live.numbers import drawn, rate, span
+from ehsid.workbench.live.watching import (
+    COLUMNS,
+    MOST_EVENTS,
+    RingReader,
+    RingWriter,
+    Told,
+    read_told,
+    write_told,
+)
 
 N = 2
 

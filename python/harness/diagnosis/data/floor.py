@@ -1,5 +1,10 @@
 # SPDX-License-Identifier: MIT
-"""Noise floor of a measured signal: the part that no simulator can explain."""
+"""Noise floor of a measured signal: the part that no simulator can explain.
+
+Rounding errors of a sensor with a coarse grid, as the record itself shows them.
+
+Noise floor of a channel, also where the sampling is too slow to tell noise from motion.
+"""
 
 from __future__ import annotations
 
@@ -10,10 +15,11 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from ...base.arrays import FloatArray
+from ...base.numbers import FloatArray
+from ...catalogue.channels import CHAMBER_PRESSURES, CHANNELS
 from ...records import Record
-from .repeats import repeat_errors
-from .rest import rest_errors
+from ...rigs import Rig
+from .repeats import oil_spring_hz, repeat_errors, rest_errors
 
 # Smallest number of windows of half a second that give a noise floor. With 20 independent errors
 # per second, four windows give it two significant digits.
@@ -171,3 +177,83 @@ def sensor_step(samples: FloatArray) -> float:
     on_grid = np.abs(short_distances - np.round(short_distances)) < 0.1
     quantised = short_distances.size > 0.5 * level_distances.size and bool(on_grid.all())
     return float(real.min()) if quantised else 0.0
+
+
+def rounding_errors(samples: FloatArray) -> FloatArray:
+    """Estimates the error of each sample that comes from rounding to a grid; zero without a grid.
+
+    Where a slow signal steps from one level to the next one, it passes the middle between them: a
+    line through these crossings is the signal without its rounding. The errors are those of the
+    samples from that line. Unlike those of W. R. Bennett (Bell Syst. Tech. J. 27(3), 1948) they
+    are not white: a slow signal stays on each level for long.
+
+    Parameters
+    ----------
+    samples
+        shape (N,), in any unit.
+
+    Returns
+    -------
+    shape (N,), within half a step of the grid.
+    """
+    step = sensor_step(samples)
+    crossings = np.flatnonzero(np.diff(samples) != 0.0)
+    if step == 0.0 or crossings.size < 2:
+        return np.zeros(samples.size)
+    middles = 0.5 * (samples[crossings] + samples[crossings + 1])
+    line = np.interp(np.arange(samples.size), crossings + 0.5, middles)
+    return np.asarray(np.clip(samples - line, -0.5 * step, 0.5 * step))
+
+
+# With fewer than four samples in a period of the oil spring, neighbouring samples differ by motion
+# as much as by noise, and differences of any order show both.
+SPRING_HIDES_NOISE = 0.25
+# Noise of usual sensors, where motion hides it and the rig file does not tell it: of a position
+# sensor, share of the stroke; of others, share of the range in the record. For pressures see
+# DESIGN_PRESSURE_NOISE.
+NOISE_OF_STROKE = 5e-5
+NOISE_OF_RANGE = 1e-3
+# Assumed noise of a pressure sensor that is not installed yet, share of the supply pressure. A
+# thousandth of its range is usual.
+DESIGN_PRESSURE_NOISE = 1e-3
+
+
+def sensor_floor(record: Record, name: str, rig: Rig) -> NoiseFloor:
+    """Noise floor as `floor_of` estimates it, or of a usual sensor where motion hides the noise.
+
+    A load on its oil spring still moves at frequencies near the sampling rate of a slow record, so
+    that differences of neighbouring samples show this motion. They are then an upper bound that is
+    far too high: it would hide every effect. Unless repeats or rests show the noise, the floor is
+    then what the rig file tells of the sensor, or else the noise of a usual sensor, but never more
+    than the bound.
+
+    Parameters
+    ----------
+    record
+        without gaps, of at least 100 samples.
+    name
+        name of the column.
+    rig
+        configuration of the simulator, with the noise of the sensors, if known.
+    """
+    floor = floor_of(record, name)
+    spring_hz = oil_spring_hz(rig)
+    assert record.dt_s is not None
+    if spring_hz is None or spring_hz * record.dt_s < SPRING_HIDES_NOISE:
+        return floor
+    if any(len(errors(record, name)) >= REST_WINDOWS for errors in (repeat_errors, rest_errors)):
+        return floor
+    value = min(_expected(record, name, rig), floor.value)
+    return NoiseFloor(value, min(value, floor.low), max(value, floor.high))
+
+
+def _expected(record: Record, name: str, rig: Rig) -> float:
+    """Noise that the rig file tells, or that of a usual sensor, in the unit of the channel."""
+    key = CHANNELS[name].noise
+    if key is not None and rig.sensors.get(key, 0.0) > 0.0:
+        return rig.sensors[key]
+    if name == "position_m" and "cylinder.stroke_m" in rig.values:
+        return NOISE_OF_STROKE * rig.values["cylinder.stroke_m"]
+    if name in (*CHAMBER_PRESSURES, "supply_pressure_pa") and "supply.pressure_pa" in rig.values:
+        return DESIGN_PRESSURE_NOISE * rig.values["supply.pressure_pa"]
+    return NOISE_OF_RANGE * float(np.ptp(record.column(name)))

@@ -1,17 +1,24 @@
 # SPDX-License-Identifier: MIT
-"""Regimes that a record visits; it has no information on effects in other regimes."""
+"""Regimes that a record visits; it has no information on effects in other regimes.
+
+Bootstrap over whole windows (H. R. Künsch, Ann. Statist. 17(3), 1989).
+
+Errors within a window are correlated, those of different windows hardly: windows are drawn with
+replacement, each with all its samples.
+"""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
 import numpy as np
+import numpy.typing as npt
 
-from ...base.arrays import FloatArray
+from ...base.numbers import FloatArray
 from ...records import Record
 from ...rigs import Rig
 from ...signals.simulation import command_limit, measured_states
-from .sensor_floor import sensor_floor
+from .floor import sensor_floor
 
 # The command is near null below this share of the rated command. There overlap, leakage and null
 # bias act; the value is a few times the overlap of a servo valve.
@@ -164,3 +171,22 @@ def _fast_power(command: FloatArray, dt_s: float) -> float:
         return 0.0
     index = int(np.searchsorted(np.cumsum(power), 0.99 * power.sum()))
     return index / ((command.size - 1) * dt_s)
+
+
+# Confidence intervals of the shrinkage. The contract fixes their level; the number of bootstrap
+# draws gives the ends a second digit.
+SHRINKAGE_LEVEL = 0.9
+BOOTSTRAP_DRAWS = 500
+BOOTSTRAP_SEED = 20261121
+
+
+def drawn_windows(windows: int, seed: int = BOOTSTRAP_SEED) -> npt.NDArray[np.int64]:
+    """Returns the numbers of the windows in each draw, shape (BOOTSTRAP_DRAWS, windows)."""
+    return np.random.default_rng(seed).integers(windows, size=(BOOTSTRAP_DRAWS, windows))
+
+
+def interval(draws: FloatArray) -> tuple[float, float]:
+    """Returns the interval of level SHRINKAGE_LEVEL of the values of all draws; NaN is left out."""
+    tail = 0.5 * (1.0 - SHRINKAGE_LEVEL)
+    low, high = np.nanquantile(draws, [tail, 1.0 - tail])
+    return float(low), float(high)

@@ -3,17 +3,24 @@
 
 R. Pintelon, J. Schoukens, System Identification: A Frequency Domain Approach, 2nd ed., 2012, sec.
 2.5: the sample variance over periods needs no model of the plant.
+
+Stretches of a record in which the rod stands still: changes of the signals there are noise.
+
+What follows from the values of a cylinder and its valve: areas, full speed, oil spring.
 """
 
 from __future__ import annotations
 
+import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
 
-from ...base.arrays import FloatArray
+from ...base.numbers import FloatArray
 from ...records import Record
+from ...rigs import Rig
 from ..schema import WINDOW_S
 
 # The response of a servo no longer depends on its past after a few periods of its oil spring; a
@@ -136,3 +143,88 @@ def repeat_errors(record: Record, name: str) -> list[FloatArray]:
     centred = windows - windows.mean(axis=1, keepdims=True)
     # The subtraction of the mean takes one degree of freedom.
     return list(centred * np.sqrt(length / (length - 1)))
+
+
+# Limits of a rest. A command that stays within a two-hundredth of its range moves the rod by less
+# than friction holds. A hundredth of the largest speed is creep, which is nearly a straight line.
+REST_COMMAND = 0.005
+REST_SPEED = 0.01
+
+
+def rest_windows(record: Record) -> list[slice]:
+    """Finds windows at rest, each after a window in which the command already stood still.
+
+    At rest the command varies by at most REST_COMMAND of its range in the record, and the mean
+    speed is at most REST_SPEED of the largest mean speed of a window.
+
+    Parameters
+    ----------
+    record
+        without gaps, with `command_v` and `position_m`.
+    """
+    assert record.dt_s is not None
+    length = max(10, round(WINDOW_S / record.dt_s))
+    count = len(record) // length
+    if count < 2:
+        return []
+    command = record.column("command_v")[: count * length].reshape(count, length)
+    position = record.column("position_m")[: count * length].reshape(count, length)
+    command_still = np.ptp(command, axis=1) <= REST_COMMAND * np.ptp(command)
+    third = length // 3
+    ends = position[:, -third:].mean(axis=1), position[:, :third].mean(axis=1)
+    travelled = np.abs(ends[0] - ends[1])
+    rod_still = travelled <= REST_SPEED * travelled.max()
+    settled = np.concatenate([[False], command_still[:-1]])
+    return [
+        slice(k * length, (k + 1) * length)
+        for k in np.flatnonzero(command_still & rod_still & settled).tolist()
+    ]
+
+
+def rest_errors(record: Record, name: str) -> list[FloatArray]:
+    """Returns a column in the windows at rest, less a straight line in each: creep is no noise."""
+    column = record.column(name)
+    errors = []
+    for window in rest_windows(record):
+        samples = column[window]
+        time = np.linspace(-1.0, 1.0, samples.size)
+        line = samples.mean() + time * (time @ samples) / (time @ time)
+        # The subtraction of the line takes two degrees of freedom.
+        errors.append((samples - line) * np.sqrt(samples.size / (samples.size - 2)))
+    return errors
+
+
+def areas(values: Mapping[str, float]) -> tuple[float, float]:
+    """Areas of the piston on the cap side and on the rod side, m^2."""
+    cap = 0.25 * math.pi * values["cylinder.bore_m"] ** 2
+    return cap, cap - 0.25 * math.pi * values["cylinder.rod_m"] ** 2
+
+
+def full_speed(values: Mapping[str, float]) -> float:
+    """Speed of the rod with a fully open valve and without load, m/s."""
+    # Without load about half of the pressure is lost at each metering edge.
+    drop = 0.5 * (values["supply.pressure_pa"] - values["supply.tank_pressure_pa"])
+    flow = values["valve.rated_flow_m3_s"] * math.sqrt(
+        drop / values["valve.rated_pressure_drop_pa"]
+    )
+    return flow / (0.25 * math.pi * values["cylinder.bore_m"] ** 2)
+
+
+def oil_spring_hz(rig: Rig) -> float | None:
+    """Natural frequency of the load on the oil at mid-stroke, Hz; None for a plant without oil."""
+    v = rig.values
+    if rig.plant == "axis":
+        return None
+    if rig.plant == "linear":
+        # omega^2 = 4 beta_e A_p^2 / (V_t M_t) (H. Merritt, Hydraulic Control Systems, 1967)
+        square = 4.0 * v["linear.bulk_modulus_pa"] * v["linear.area_m2"] ** 2
+        square /= v["linear.volume_m3"] * v["linear.mass_kg"]
+        return math.sqrt(square) / (2.0 * math.pi)
+    cap, annulus = areas(v)
+    half = 0.5 * v["cylinder.stroke_m"]
+    # omega^2 = beta (A_a^2 / V_a + A_b^2 / V_b) / m: the two chambers are springs side by side.
+    stiffness = v["fluid.bulk_modulus_pa"] * (
+        cap**2 / (v["cylinder.dead_volume_a_m3"] + cap * half)
+        + annulus**2 / (v["cylinder.dead_volume_b_m3"] + annulus * half)
+    )
+    return math.sqrt(stiffness / v["load.mass_kg"]) / (2.0 * math.pi)

@@ -1,16 +1,121 @@
 # SPDX-License-Identifier: MIT
-"""Selection of the set of effects that the data require, and of those they cannot tell from it."""
+"""Selection of the set of effects that the data require, and of those they cannot tell from it.
+
+Sets of effects and gaps as words of a sentence.
+
+The answer that loses least: each possible answer costs something under each possible truth.
+
+| answer | truth: nothing is missing | this set | another set | outside |
+|---|---|---|---|---|
+| nothing is missing | 0 | - | MISSED | MISSED |
+| a set of effects | FALSE_ALARM | 0 | WRONG_NAME, or MISSED | WRONG_NAME |
+| m sets | FALSE_ALARM | (m - 1) FURTHER_MEMBER | SET_WITHOUT_TRUTH | SET_WITHOUT_TRUTH |
+| outside of the catalogue | FALSE_ALARM | - | NEEDLESS_OUTSIDE | 0 |
+
+A set that has an effect of the true one misses the others; else it is a wrong name. All laws of
+friction count as one effect.
+
+Standing of each candidate beside the named set, with the reason; it only reads the selection.
+"""
 
 from __future__ import annotations
 
+import math
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from typing import Literal
 
+from ...catalogue.parameters import VALUE_NAMES, effect_name, effects
+from ...catalogue.spellings import ParameterKey
+from ...rigs import Rig
+from ..deciding import (
+    FALSE_ALARM,
+    FURTHER_MEMBER,
+    MISSED,
+    NEEDLESS_OUTSIDE,
+    SET_WITHOUT_TRUTH,
+    WRONG_NAME,
+)
 from ..model.case import Case
-from ..search.candidates import FittedCandidate
-from ..search.families import effect_families
+from ..search.candidates import FittedCandidate, effect_families
+from ..search.intervals import likelihood_gain, matters, simpler_part, too_large
 from ..search.search import SearchResult
-from .decision import Answer, least_loss
 from .posterior import Hypothesis, Posterior, posterior
+
+
+def in_words(effects: Sequence[str]) -> str:
+    """Returns the ids of effects as a list in words."""
+    words = [effect_name(effect) for effect in effects]
+    return words[0] if len(words) == 1 else ", ".join(words[:-1]) + " and " + words[-1]
+
+
+def percent(gap: float) -> str:
+    """Returns a gap in per cent, with two digits; from 100 % on, with all before the point."""
+    in_percent = 100.0 * gap
+    # The flag "#" keeps zeros at the end: 1.0 beside 0.78.
+    return f"{in_percent:#.2g} %" if 0.0 < in_percent < 9.95 else f"{in_percent:.0f} %"
+
+
+def chance(probability: float) -> str:
+    """Returns a probability in per cent; none is told that is below 0.1 % or above 99 %."""
+    if probability < 0.001:
+        return "less than 0.1 %"
+    return percent(probability) if probability <= 0.99 else "more than 99 %"
+
+
+Kind = Literal["healthy", "effects", "ambiguous", "outside"]
+
+
+@dataclass(frozen=True, eq=False)
+class Answer:
+    """An answer to the question which effects cause the gap.
+
+    Attributes
+    ----------
+    kind
+        "healthy": no effect is missing; "effects": the one set of `named`; "ambiguous": one of the
+        sets of `named`; "outside": a cause outside of the catalogue, beside the set of `named`,
+        which may be empty.
+    named
+        sets of effects, of each family its most probable one; most probable family first.
+    loss
+        expected loss.
+    """
+
+    kind: Kind
+    named: tuple[Hypothesis, ...]
+    loss: float
+
+
+def least_loss(posterior: Posterior) -> Answer:
+    """Returns the answer with the least expected loss under the probabilities."""
+    return min(_answers(posterior), key=lambda answer: answer.loss)
+
+
+def _answers(posterior: Posterior) -> Iterator[Answer]:
+    healthy = posterior.healthy
+    probability = {families: share for families, share in posterior.by_families() if families}
+    sets = tuple(posterior.first_of(families) for families in probability)
+    of_any = sum(probability.values())
+    sound, outside = healthy.probability, posterior.outside
+    yield Answer("healthy", (), MISSED * (of_any + outside))
+    alarm = FALSE_ALARM * sound
+    best = posterior.hypotheses[0]
+    beside = (best,) if best.candidate.effects else ()
+    yield Answer("outside", beside, alarm + NEEDLESS_OUTSIDE * of_any)
+    for named in sets:
+        others = sum(
+            share * (MISSED if families & named.families else WRONG_NAME)
+            for families, share in probability.items()
+            if families != named.families
+        )
+        yield Answer("effects", (named,), alarm + others + WRONG_NAME * outside)
+    for count in range(2, len(sets) + 1):
+        inside = sum(probability[each.families] for each in sets[:count])
+        without_truth = SET_WITHOUT_TRUTH * (of_any - inside + outside)
+        further = FURTHER_MEMBER * (count - 1) * inside
+        yield Answer("ambiguous", sets[:count], alarm + further + without_truth)
+
 
 # A cause is called open where all other answers together are as probable as one in five. An answer
 # is told from one in ten on.
@@ -77,3 +182,101 @@ def select_effects(case: Case, search_result: SearchResult) -> Selection:
     named = [each.candidate for each in answer.named]
     best = named[0] if named else search_result.calibrated
     return Selection(best, tuple(named[1:]), answer, probabilities)
+
+
+StandingKind = Literal[
+    "named", "equivalent", "sufficient", "not_needed", "too_small", "worse", "screened"
+]
+
+
+@dataclass(frozen=True)
+class Standing:
+    """What the decision made of a candidate, as `schema.Candidate` has it.
+
+    `why` is the condition that decided, as a clause; empty where `kind` says all.
+    """
+
+    kind: StandingKind
+    why: str
+
+
+def standing(
+    case: Case, search_result: SearchResult, selection: Selection, candidate: FittedCandidate
+) -> Standing:
+    """Returns the standing of a candidate and what decided it.
+
+    Parameters
+    ----------
+    case, search_result
+        rig and records, and all candidates that were fitted.
+    selection
+        the selected set and its equivalents.
+    candidate
+        any candidate of the search.
+    """
+    best = selection.best
+    hypothesis = selection.hypothesis(candidate)
+    if candidate is best:
+        return Standing("named" if best.effects else "sufficient", "")
+    if any(candidate is other for other in search_result.screened):
+        return Standing("screened", "others gained more by a short fit")
+    if hypothesis is None:
+        return Standing("too_small", _why_too_small(case, candidate))
+    why = f"its probability is {chance(hypothesis.probability)}"
+    if any(candidate is other for other in selection.equivalent):
+        return Standing("equivalent", why)
+    relative = likelihood_gain(case, best, candidate).relative
+    if relative > 0.0:
+        return Standing("worse", f"{_how_much_worse(relative)}; {why}")
+    return Standing(
+        "not_needed",
+        f"{why}: errors that are {100.0 * -math.expm1(relative):.2g} % smaller do not outweigh "
+        "what each effect costs",
+    )
+
+
+def _why_too_small(case: Case, candidate: FittedCandidate) -> str:
+    reasons = [
+        _why_no_name(effect, candidate.values, case.rig)
+        for effect in candidate.effects
+        if not matters(effect, candidate.values, case.rig)
+    ]
+    if reasons:
+        return "; ".join(reasons)
+    return (
+        "unequal metering edges of the valve can explain a load force of this size; measured "
+        "chamber pressures would separate them"
+    )
+
+
+def _why_no_name(effect: str, values: Mapping[str, float], rig: Rig) -> str:
+    """Says what of an effect is too small, or too large, to be named."""
+    name, simple = in_words([effect]), simpler_part(effect, values, rig)
+    if simple is None:
+        return f"{name} of this size is part of every servo"
+    if too_large(effect, values, rig):
+        return (
+            f"no servo has {name} of these sizes ({_sizes(effect, values)}), and "
+            f"{in_words([simple])}, which it contains, is judged by itself; the limits are: "
+            f"{effects()[effect].least_size}"
+        )
+    return f"{name} differs from {in_words([simple])} by no more than in every servo"
+
+
+def _sizes(effect: str, values: Mapping[str, float]) -> str:
+    """Returns the sizes of an effect in words, with units."""
+    told = []
+    for parameter in effects()[effect].parameters:
+        key = ParameterKey.of_effect(effect, parameter.name)
+        name = VALUE_NAMES.get(key, parameter.name.removesuffix("_m_s").replace("_", " "))
+        name = name.replace("stribeck", "Stribeck")
+        unit = "" if parameter.unit == "1" else f" {parameter.unit}"
+        told.append(f"{name} {values[key]:.5g}{unit}")
+    return ", ".join(told)
+
+
+def _how_much_worse(relative: float) -> str:
+    ratio = math.exp(min(relative, 50.0))
+    if ratio < 2.0:
+        return f"its errors on held-out data are {100.0 * (ratio - 1.0):.2g} % larger"
+    return f"its errors on held-out data are {ratio:.3g} times as large"

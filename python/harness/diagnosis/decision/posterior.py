@@ -16,25 +16,175 @@ with OUTSIDE_BESIDE for OUTSIDE where S* has effects, and OUTSIDE_POSITION more 
 measured. The probabilities are exp(u), divided by their sum, of which the share LAPSE is spread
 over all hypotheses alike: a conditional logit (D. McFadden, in Frontiers in Econometrics, 1974),
 whose constants were fitted on machines with a known cause.
+
+The constants of the probabilities as one value, so that others can be put in their place.
+
+Errors that a candidate leaves in all data, on the scale of what is tolerated.
+
+Intervals that hold between machines, and not only between the windows of one machine.
+
+Gradients and bootstraps over windows tell how much a figure scatters on one machine. They do not
+tell by how much machines differ from the simulator, nor how a gap on another motion differs from
+the one on the record. The ends of an interval move outwards by distances at which 90 % of the
+intervals held the truth on generated machines (Y. Romano, E. Patterson, E. Candès, Conformalized
+quantile regression, NeurIPS 2019); `ehsid gap-calibrate` computes them.
 """
 
 from __future__ import annotations
 
 import math
+import sys
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import Literal
 
 import numpy as np
 import numpy.typing as npt
+from msgspec.structs import replace as replace_struct
 
-from ...base.arrays import FloatArray
+from ...base.numbers import FloatArray
+from ...catalogue.spellings import ParameterKey
+from ..deciding import (
+    EFFECT,
+    EVIDENCE,
+    LAPSE,
+    LEAST_LEFT,
+    OUTSIDE,
+    OUTSIDE_BESIDE,
+    OUTSIDE_EXPLAINED,
+    OUTSIDE_LEFT,
+    OUTSIDE_POSITION,
+    SMALL,
+)
 from ..model.case import Case
-from ..search.candidates import FittedCandidate
-from ..search.families import effect_families, law_count
-from ..search.seen_edges import edges_can_replace_force
-from ..search.sizes import margin, matters
-from .constants import IN_USE, Constants
-from .evidence import left
+from ..model.parameters import Parameter
+from ..schema import Estimate, HowFar, Value
+from ..search.candidates import FittedCandidate, effect_families, law_count
+from ..search.intervals import margin, matters
+from ..search.maps import edges_can_replace_force
+
+
+@dataclass(frozen=True)
+class Constants:
+    """Constants of the equations of `posterior`; `deciding` has the reasons.
+
+    Attributes
+    ----------
+    evidence
+        number of independent errors, > 0.
+    least_left
+        errors below which a simulator is as good as perfect, ln over what is tolerated, > 0.
+    effect, small
+        prior cost of a law, and further cost of an effect that is no larger than in every servo,
+        nats.
+    outside, outside_beside
+        odds of a cause outside of the catalogue without and with an effect in the best set, nats.
+    outside_left, outside_explained
+        increase of these odds with the ln of the errors left, and with what the best set explains.
+    outside_position
+        increase of these odds where no pressure is measured, nats.
+    lapse
+        share of the probability that all answers have alike, between 0 and 1.
+    """
+
+    evidence: float
+    least_left: float
+    effect: float
+    small: float
+    outside: float
+    outside_beside: float
+    outside_left: float
+    outside_explained: float
+    outside_position: float
+    lapse: float
+
+
+IN_USE = Constants(
+    evidence=EVIDENCE,
+    least_left=LEAST_LEFT,
+    effect=EFFECT,
+    small=SMALL,
+    outside=OUTSIDE,
+    outside_beside=OUTSIDE_BESIDE,
+    outside_left=OUTSIDE_LEFT,
+    outside_explained=OUTSIDE_EXPLAINED,
+    outside_position=OUTSIDE_POSITION,
+    lapse=LAPSE,
+)
+
+
+Data = Literal["all", "fitted", "held out"]
+
+# What a simulation that diverges leaves: more than any errors that are finite.
+DIVERGED = math.log(sys.float_info.max)
+
+
+def left(case: Case, candidate: FittedCandidate, data: Data = "all") -> float:
+    """Mean of ln(errors / tolerated errors) over all octaves, windows and outputs, >= 0.
+
+        left = sum_b (n_b / 2) ln((P_b + t_b) / t_b) / sum_b n_b
+
+    with the power P_b of the errors in band b, the tolerated power t_b and the number n_b of
+    independent coefficients, over all outputs: the negative log-likelihood of `model.likelihood`,
+    less that of a perfect simulator, for each independent error. A mean and not a sum, because
+    errors of a model repeat. It is DIVERGED where a simulation diverges. data: which records or
+    blocks count.
+    """
+    cost, count = 0.0, 0.0
+    for part, powers in (("fitted", candidate.fit_powers), ("held out", candidate.powers)):
+        if data not in ("all", part):
+            continue
+        likelihoods = case.problem(held_out=part == "held out").likelihoods.values()
+        sums = powers.sum(axis=0)
+        for by_band, likelihood in zip(sums, likelihoods, strict=True):
+            mean = by_band / np.maximum(likelihood.spectrum.sizes, 1.0)
+            cost += likelihood.cost_of(mean) - likelihood.cost_of(np.zeros_like(mean))
+            count += float(likelihood.counts.sum())
+    return cost / count if math.isfinite(cost) else DIVERGED
+
+
+# Distances by which intervals of 90 % had to be wider to hold on 1,000 generated machines, at the
+# low and the high end, with pressures (True) and with the position alone (False); see
+# docs/gap/calibration.md. Of sizes of effects they are shares of
+# the size, of shrinkage they are shrinkage.
+SIZE_FURTHER = {True: (0.039, 0.014), False: (0.105, 0.033)}
+SHRINKAGE_FURTHER = {True: (0.297, 0.253), False: (0.363, 0.367)}
+SHRINKAGE_FURTHER_FROM_NOMINAL = {True: (0.169, 0.139), False: (0.357, 0.079)}
+
+
+def size_between_machines(estimate: Estimate, parameter: Parameter, pressures: bool) -> Estimate:
+    """Returns the estimate of a parameter of an effect with an interval that holds on any machine.
+
+    The ends stay within the bounds of the parameter. Other parameters stay as they are.
+    """
+    if ParameterKey(parameter.name).effect is None:
+        return estimate
+    size = abs(estimate.value)
+    low, high = (size * distance for distance in SIZE_FURTHER[pressures])
+    ends = parameter.value(parameter.low), parameter.value(parameter.high)
+    return Estimate(
+        estimate.value,
+        max(estimate.low - low, min(ends)),
+        min(estimate.high + high, max(ends)),
+    )
+
+
+def reduction_between_machines(reduction: HowFar, pressures: bool) -> HowFar:
+    """Returns the reduction of the gap by effects, with intervals for other motions."""
+    of_explainable = _further(reduction.shrinkage_of_explainable, SHRINKAGE_FURTHER[pressures])
+    from_nominal = _further(
+        reduction.shrinkage_from_nominal, SHRINKAGE_FURTHER_FROM_NOMINAL[pressures]
+    )
+    return replace_struct(
+        reduction, shrinkage_of_explainable=of_explainable, shrinkage_from_nominal=from_nominal
+    )
+
+
+def _further(share: Value, distances: tuple[float, float]) -> Value:
+    """Moves the ends of a share outwards; no more than the whole gap can vanish."""
+    low, high = share.ci90
+    return Value(share.value, (low - distances[0], max(high, min(high + distances[1], 1.0))))
+
 
 # Nats beyond which more evidence makes no difference; its exponential is finite.
 MOST_EVIDENCE = 500.0

@@ -9,13 +9,12 @@ from dataclasses import dataclass
 from ..deciding import LEAST_GAIN, NEAR_FLOOR, NEAR_GAP, VALUES
 from ..model.case import Case
 from ..schema import Calibrated, CannotJudge, Estimate, HowFar, Verdict
-from ..search.bounds import AtBound, values_at_bounds
 from ..search.candidates import FittedCandidate
+from ..search.intervals import AtBound, values_at_bounds
 from ..search.search import SearchResult
-from .caveats import caveats
-from .effect_selection import TOLD, Selection
-from .evidence import left
-from .words import chance, in_words, percent
+from .effect_selection import TOLD, Selection, chance, in_words, percent
+from .posterior import left
+from .results import caveats
 
 
 @dataclass(frozen=True)

@@ -11,26 +11,24 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.stats import norm
 
-from ...base.arrays import FloatArray
+from ...base.numbers import FloatArray
 from ...base.parallel import Progress, part_of
-from ...catalogue.keys import ParameterKey
 from ...catalogue.parameters import effects
-from ...rigs.table_words import table_subsystem
+from ...catalogue.spellings import ParameterKey
+from ...rigs.rig import table_subsystem
 from ..deciding import EFFECT, EVIDENCE
-from ..decision.evidence import left
+from ..decision.posterior import left
 from ..model.case import Case
 from ..model.fit import fit
-from ..model.law import Law
+from ..model.parameters import Law
 from ..schema import MissingLaw
-from ..search.candidates import FittedCandidate, decision_case, evaluate
-from ..search.families import law_count
+from ..search.candidates import FittedCandidate, decision_case, evaluate, law_count
 from ..search.gap_reduction import WindowSums, mean_gap
-from ..search.intervals import LEVEL, candidate_covariance
+from ..search.intervals import LEVEL, candidate_covariance, matters
 from ..search.search import restrict
-from ..search.sizes import matters
 from .fitting import LONG, with_one_law
+from .forms import describe
 from .menu import MENU, visited
-from .words import describe
 
 MOST_LAWS = 2
 # Prior cost of a law, nats: that of two effects, for its form is free, and of the choice among the

@@ -21,17 +21,16 @@ from types import MappingProxyType
 import numpy as np
 import numpy.typing as npt
 
-from ...base.arrays import FloatArray
+from ...base.numbers import FloatArray
 from ...base.parallel import Progress, run_together
 from ..model.case import Case
 from ..model.fit import descent
-from ..model.law import Law
 from ..model.linear import Linear
+from ..model.parameters import Law
 from ..model.problem import Problem
-from ..model.relevance import Relevance, quadratic, relevance
+from ..model.separation import Relevance, quadratic, relevance
 from ..search.candidates import FittedCandidate
-from .menu import KNOTS, knots, knots_over, sizes
-from .trajectory import BY_DIRECTION, LOAD_PRESSURE, RATES, trajectories
+from .menu import BY_DIRECTION, KNOTS, LOAD_PRESSURE, RATES, knots, knots_over, sizes, trajectories
 
 # Variables of each equation: first those that a table can have, then those of linear terms.
 TABLES: Mapping[str, tuple[str, ...]] = MappingProxyType(

@@ -1,8 +1,12 @@
 # SPDX-License-Identifier: MIT
-"""The case of a diagnosis: a rig, training records and held-out records."""
+"""The case of a diagnosis: a rig, training records and held-out records.
+
+Scales of a machine, to which the sizes of effects are in proportion.
+"""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
@@ -12,18 +16,57 @@ from scipy.signal import welch
 import ehsid
 
 from ...catalogue.channels import CHAMBER_PRESSURES
+from ...catalogue.parameters import effects
 from ...catalogue.parameters import effects as catalogue
 from ...records import Record
 from ...rigs import Rig
-from ..data.floor import NoiseFloor
-from ..data.sensor_floor import sensor_floor
+from ..data.floor import NoiseFloor, sensor_floor
 from ..schema import WINDOW_S
 from .comparison import Blocks, Compared, compare, varying_outputs
 from .fit import SUBSTEPS
-from .law import Law
-from .machine import effect_starts
-from .parameters import Parameter, calibration_parameters, effect_parameters
+from .parameters import Law, Parameter, calibration_parameters, effect_parameters
 from .problem import Problem
+
+STROKE = "cylinder.stroke_m"
+# To three digits: the fits start from sizes in proportion to it, and a start that differs in the
+# fourth digit ends a fit elsewhere within its tolerance. A scale needs no more digits.
+QUARTER_PI = 0.785
+
+
+def machine_scale(rig: Rig) -> ehsid.MachineScale:
+    """Returns the largest force, flow and pressure of a rig, and its stroke.
+
+    The force of an axis is its force at a command of 10 V. A linear servo has no data sheet: its
+    force is that of an axis with 100 N/V, its pressure the pressure drop at full flow.
+    """
+    v = rig.values
+    if rig.plant != "ehs":
+        return ehsid.MachineScale(
+            force_n=10.0 * v.get("axis.force_per_volt", 100.0),
+            rated_flow_m3_s=1e-3,
+            full_flow_m3_s=1e-3,
+            pressure_pa=1e7,
+            stroke_m=v.get(STROKE, math.nan),
+            has_valve=False,
+        )
+    pressure, rated = v["supply.pressure_pa"], v["valve.rated_flow_m3_s"]
+    return ehsid.MachineScale(
+        force_n=QUARTER_PI * v["cylinder.bore_m"] ** 2 * pressure,
+        rated_flow_m3_s=rated,
+        full_flow_m3_s=rated * math.sqrt(0.5 * pressure / v["valve.rated_pressure_drop_pa"]),
+        pressure_pa=pressure,
+        stroke_m=v[STROKE],
+        has_valve=True,
+    )
+
+
+def effect_starts(effect: str, rig: Rig) -> list[dict[str, float]]:
+    """Returns the sizes of an effect at which its fits start, by the parameters' own names.
+
+    There are none for an effect that the record shows without a fit, such as quantisation.
+    """
+    return effects()[effect].starts(machine_scale(rig))
+
 
 # A record is a limit cycle where more than the share MOSTLY_SWINGS of the power of its pressure
 # (without pressures: of its speed) lies above SWING_HZ, which commands do not reach. It is compared

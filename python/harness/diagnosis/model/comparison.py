@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 from scipy.signal import savgol_filter
 
-from ...base.arrays import FloatArray
+from ...base.numbers import FloatArray
 from ...catalogue.channels import CHANNELS
 from ...records import Record
 from ...signals.simulation.windows import (
@@ -22,7 +22,7 @@ from ...signals.simulation.windows import (
     measured_states,
     window_numbers,
 )
-from ..data.rounding import rounding_errors
+from ..data.floor import rounding_errors
 from ..schema import SKIP_S, WINDOW_S
 
 # Where no record is held out, every third block of each record is held out. A block has four

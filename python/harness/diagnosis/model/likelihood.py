@@ -22,7 +22,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ...base.arrays import FloatArray
+from ...base.numbers import FloatArray
 from .spectrum import Spectrum
 
 

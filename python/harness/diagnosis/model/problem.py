@@ -19,17 +19,16 @@ import numpy.typing as npt
 
 import ehsid
 
-from ...base.arrays import FloatArray
+from ...base.numbers import FloatArray
 from ...base.parallel import run_threads, worker_count
 from ...catalogue.parameters import plant_parameters
 from ...rigs import Rig
-from ...signals.simulation.outputs import OUTPUTS
+from ...signals.simulation.run import OUTPUTS
 from ..deciding import INDEPENDENT, LEAST_TOLERANCE, TOLERANCE
 from .comparison import Compared
-from .law import Law, block_basis
 from .likelihood import OutputLikelihood
 from .linear import Linear
-from .parameters import Parameter
+from .parameters import Law, Parameter, block_basis
 from .spectrum import BANDS, Spectrum
 
 # Only the shape of a position inside a window counts: a free run drifts.

@@ -21,7 +21,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from ...base.arrays import FloatArray
+from ...base.numbers import FloatArray
 
 ROUNDS = 8
 # Largest change of the size q in all rounds, and the share of its variance that every node has for

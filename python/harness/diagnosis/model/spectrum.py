@@ -28,7 +28,7 @@ import numpy as np
 import numpy.typing as npt
 from scipy.fft import dct, idct
 
-from ...base.arrays import FloatArray
+from ...base.numbers import FloatArray
 from .comparison import Compared
 
 # Number of bands. In windows of half a second the highest one ends at 256 Hz: above it, the servos

@@ -9,7 +9,7 @@ from functools import partial
 
 import numpy as np
 
-from ...base.arrays import FloatArray
+from ...base.numbers import FloatArray
 from ...records import Record
 from ...rigs import Rig
 from ...signals.excitation import chirp, multisine, random_steps, triangle

@@ -15,14 +15,13 @@ import numpy as np
 
 from ...base.parallel import Progress, part_of, run_together
 from ...catalogue.channels import CHAMBER_PRESSURES, SUPPLY_PRESSURE
-from ...catalogue.keys import ParameterKey
 from ...catalogue.parameters import effects, plant_parameters
+from ...catalogue.spellings import ParameterKey
 from ...records import Record, make_record
 from ...rigs import Rig
 from ...signals.simulation import command_limit
-from ...signals.simulation.outputs import noise_sigma
-from ..data.floor import NoiseFloor
-from ..data.sensor_floor import DESIGN_PRESSURE_NOISE
+from ...signals.simulation.run import noise_sigma
+from ..data.floor import DESIGN_PRESSURE_NOISE, NoiseFloor
 from ..model.fit import ITERATIONS
 from ..model.separation import CandidateModel, Separation, separations
 from ..schema import NEXT_EXPERIMENT, NextExperiment

@@ -9,9 +9,9 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from ...base.arrays import FloatArray
-from ..data.bootstrap import BOOTSTRAP_SEED, drawn_windows, interval
+from ...base.numbers import FloatArray
 from ..data.floor import NoiseFloor
+from ..data.regimes import BOOTSTRAP_SEED, drawn_windows, interval
 from ..model.comparison import Compared
 from ..schema import Gaps, HowFar, Value
 

@@ -5,17 +5,28 @@ Errors are correlated within a window, but hardly between windows. The covarianc
 H^-1 (sum_w g_w g_w' + Lambda) H^-1 (H. White, Econometrica 50(1), 1982), with g_w the gradient of a
 window, H the Gauss-Newton Hessian and Lambda the information of the priors. Structured errors
 therefore count as often as they are independent, whatever the cost assumes.
+
+Least sizes of effects: what is smaller is part of every servo and is not reported.
+
+Fitted values that ended at an end of their range, and so are not values to trust.
+
+Gain of a candidate over another on held-out records.
 """
 
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
+from dataclasses import dataclass
 
 import numpy as np
 from scipy.stats import t as student
 
-from ...base.arrays import FloatArray
-from ..model.case import Case
+from ...base.numbers import FloatArray
+from ...catalogue.parameters import effects
+from ...catalogue.spellings import ParameterKey, sizes_of
+from ...rigs import Rig
+from ..model.case import Case, machine_scale
 from ..model.parameters import Parameter
 from ..model.problem import Problem
 from ..schema import Estimate
@@ -98,3 +109,176 @@ def in_deviations(parameter: Parameter, x: float, deviation: float) -> tuple[flo
     distance = abs(x - parameter.centre)
     prior_deviations = distance / parameter.sigma if math.isfinite(parameter.sigma) else math.inf
     return prior_deviations, distance / deviation if deviation > 0.0 else math.inf
+
+
+# Accuracy of a margin: it weighs a few nats, of which a hundredth is nothing.
+MARGIN_STEP = 0.01
+# Parts of what an effect has beyond a simpler one, of which one is of a usual size if the whole is
+# too large. They are only looked at for the words of a reason.
+PARTS = tuple(0.01 * k for k in range(1, 100))
+
+
+def matters(effect: str, values: Mapping[str, float], rig: Rig) -> bool:
+    """Whether an effect is larger than what every servo has without it.
+
+    `EffectInfo.least_size` gives the reason for the least size.
+
+    Parameters
+    ----------
+    effect
+        id of the effect.
+    values
+        fitted values, by full name.
+    rig
+        the rig whose pressures, areas and flows set the scale.
+    """
+    return effects()[effect].matters(sizes_of(effect, values), machine_scale(rig))
+
+
+def simpler_part(effect: str, values: Mapping[str, float], rig: Rig) -> str | None:
+    """Returns the simpler effect that an effect contains, if this part alone matters; else None."""
+    info = effects()[effect]
+    if info.contains is None:
+        return None
+    simple = info.simplified(sizes_of(effect, values))
+    return info.contains if effects()[info.contains].matters(simple, machine_scale(rig)) else None
+
+
+def too_large(effect: str, values: Mapping[str, float], rig: Rig) -> bool:
+    """Whether an effect that does not matter has more of its own than any servo has.
+
+    Then a part of what it has beyond the simpler effect that it contains would matter.
+
+    Parameters
+    ----------
+    effect, values, rig
+        as in `matters`; the effect contains a simpler one, and does not matter.
+    """
+    info, scale = effects()[effect], machine_scale(rig)
+    sizes = sizes_of(effect, values)
+    same = info.same(info.simplified(sizes))
+    return any(
+        info.matters(
+            {name: same[name] + part * (size - same[name]) for name, size in sizes.items()}, scale
+        )
+        for part in PARTS
+    )
+
+
+def margin(effect: str, values: Mapping[str, float], rig: Rig) -> float:
+    """Returns ln of the factor by which an effect exceeds its least size, 0 to 1.
+
+    The effect is made smaller, each parameter with the power by which the outputs depend on it,
+    until it no longer matters. From a factor of e on, the margin is 1.
+
+    Parameters
+    ----------
+    effect, values, rig
+        as in `matters`; the effect matters.
+    """
+    info, scale = effects()[effect], machine_scale(rig)
+    power = {parameter.name: parameter.power for parameter in info.parameters}
+    sizes = sizes_of(effect, values)
+
+    def still_matters(smaller: float) -> bool:
+        return info.matters(
+            {name: size * math.exp(-smaller * power[name]) for name, size in sizes.items()}, scale
+        )
+
+    if still_matters(1.0):
+        return 1.0
+    low, high = 0.0, 1.0
+    while high - low > MARGIN_STEP:
+        middle = 0.5 * (low + high)
+        low, high = (middle, high) if still_matters(middle) else (low, middle)
+    return low
+
+
+# A fitted value is at an end of its range where less than a thousandth of the range is left.
+AT_BOUND = 1e-3
+
+
+@dataclass(frozen=True)
+class AtBound:
+    """A fitted value at an end of its range.
+
+    Attributes
+    ----------
+    key
+        full name of the value.
+    value
+        where the fit ended.
+    end
+        "lower" or "upper".
+    """
+
+    key: ParameterKey
+    value: float
+    end: str
+
+    @property
+    def told(self) -> str:
+        """Name, value and end; "of" and the range follow."""
+        return f"{self.key} = {self.value:.4g} is at the {self.end} end"
+
+
+def values_at_bounds(case: Case, best: FittedCandidate) -> tuple[AtBound, ...]:
+    """Returns the values of the rig and of the effects that are at an end; nuisances are none."""
+    found = []
+    for parameter, x in zip(case.parameters(best.effects), best.x, strict=False):
+        key = ParameterKey(parameter.name)
+        span = parameter.high - parameter.low
+        if key.is_nuisance or not 0.0 < span < math.inf:
+            continue
+        near = AT_BOUND * span
+        if parameter.low + near < x < parameter.high - near:
+            continue
+        end = "lower" if x <= parameter.low + near else "upper"
+        found.append(AtBound(key, parameter.value(float(x)), end))
+    return tuple(found)
+
+
+@dataclass(frozen=True)
+class LikelihoodGain:
+    """Gain in log-likelihood of a candidate over a reference candidate.
+
+    Attributes
+    ----------
+    nats
+        held-out log-likelihood of the candidate minus that of the reference, nats.
+    relative
+        ln(errors of the reference / errors of the candidate), noise floor included, mean over the
+        outputs: 0.1 is 10 %.
+    """
+
+    nats: float
+    relative: float
+
+
+def likelihood_gain(
+    case: Case, candidate: FittedCandidate, reference: FittedCandidate
+) -> LikelihoodGain:
+    """Returns the gain of `candidate` over `reference`.
+
+    The log-likelihood is that of the fits, see `model.likelihood`.
+    """
+    return LikelihoodGain(
+        reference.held_out_cost - candidate.held_out_cost,
+        _log_errors(case, reference) - _log_errors(case, candidate),
+    )
+
+
+def above_floor(case: Case, candidate: FittedCandidate) -> float:
+    """Returns ln of the held-out errors over the noise floor, mean over the outputs.
+
+    The floor is added in quadrature to both, so that a candidate whose errors are noise has 0.
+    """
+    floors = np.array([case.floors[name].value for name in case.outputs])
+    return _log_errors(case, candidate) - float(np.log(floors * np.sqrt(2.0)).mean())
+
+
+def _log_errors(case: Case, candidate: FittedCandidate) -> float:
+    """Returns ln sqrt(mse + floor^2), mean over the outputs."""
+    floors = np.array([case.floors[name].value for name in case.outputs])
+    mse = candidate.squares.sum(axis=0) / candidate.counts.sum()
+    return float(0.5 * np.log(mse + floors**2).mean())

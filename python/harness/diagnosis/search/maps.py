@@ -4,10 +4,19 @@
 The errors of an output are divided by the rms of the measured output about its window's mean, as in
 the nrmse of the contract. A share is a part of the sum of squares,
 from which the sum of squares of the noise floor is subtracted.
+
+Whether the metering edges of the valve, which no pressure shows, can stand for a load force.
+
+Quantisation of the position sensor: the record shows it without a fit.
+
+It belongs to the noise floor, so that it does not shrink the gap.
+
+Place of the structural gap by subsystem, regime, frequency and time, with contradictions.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
@@ -15,12 +24,29 @@ import numpy as np
 import numpy.typing as npt
 from scipy.fft import dct
 
-from ...base.arrays import FloatArray
+from ...base.numbers import FloatArray
+from ...catalogue.parameters import effects
+from ...catalogue.spellings import ParameterKey
 from ...rigs import Rig
-from ..data.bootstrap import drawn_windows, interval
+from ..data.floor import sensor_step
+from ..data.regimes import drawn_windows, interval
+from ..deciding import FORCE_DEVIATIONS
+from ..model.case import Case
 from ..model.comparison import Compared
-from ..schema import Band, Regime, Span, Value
-from .conditions import conditions
+from ..schema import (
+    SUBSYSTEM_TAKES_PART,
+    SUBSYSTEMS,
+    Band,
+    Equation,
+    Estimate,
+    Regime,
+    Span,
+    Value,
+    Where,
+)
+from .candidates import FittedCandidate, spelled_out
+from .identifiability import conditions
+from .intervals import candidate_deviations
 
 # Conditions that hold for less than a hundredth of the time are not listed: that is 0.2 s of 20 s.
 LEAST_TIME = 0.01
@@ -185,3 +211,190 @@ def _spans(compared: Sequence[Compared], by_window: FloatArray) -> list[Span]:
                 gap_share = float(share[begin:end].sum())
                 spans.append(Span(span_s, gap_share, compared_record.record.name))
     return spans
+
+
+FORCE = "load_force"
+
+
+def edges_can_replace_force(case: Case, candidate: FittedCandidate) -> bool:
+    """Whether unequal edges of the valve can explain the load force of a candidate.
+
+    They can where no pressure is measured and the force is small beside its standard deviation. A
+    force that is a part of another effect has no deviation of its own: there the set in which it is
+    spelled out stands for the effect.
+    """
+    if case.pressures or case.rig.plant != "ehs" or FORCE not in spelled_out(candidate.effects):
+        return False
+    if FORCE not in candidate.effects:
+        return True
+    names = [parameter.name for parameter in case.parameters(candidate.effects)]
+    index = names.index(ParameterKey.of_effect(FORCE, "force_n"))
+    deviations, _ = candidate_deviations(case, candidate)
+    return abs(float(candidate.x[index])) < FORCE_DEVIATIONS * float(deviations[index])
+
+
+# Rounding makes most of the noise if its deviation is half of that of the noise. On the development
+# records it was a twentieth to a ninth without the effect, and three quarters and more with it.
+STEP_OF_FLOOR = 0.5
+# More than twice the sensor noise in the rig file is no longer that noise.
+STEP_OF_RIG_NOISE = 2.0
+# Smallest step, share of the stroke: a resolution of fourteen bits over the stroke is usual.
+LEAST_STEP = 6e-5
+# Files hold the levels with four digits and more.
+STEP_SCATTER = 1e-3
+
+QUANTISATION = "sensor_quantisation"
+
+
+def position_step(case: Case, exclude: Sequence[str] = ()) -> Estimate | None:
+    """Returns the step of the position, m, if it is larger than a sensor has anyway, else None.
+
+    Its rounding noise, q / sqrt(12) (W. R. Bennett, Bell Syst. Tech. J. 27(3), 1948), must make up
+    most of the noise floor and exceed the sensor noise in the rig file. The step must be the same
+    in all records.
+    """
+    if QUANTISATION in (*case.rig.effects(), *exclude) or "position_m" not in case.floors:
+        return None
+    steps = [sensor_step(record.column("position_m")) for record in case.records]
+    step = min(steps)
+    if step <= 0.0 or max(steps) > (1.0 + STEP_SCATTER) * step:
+        return None
+    noise = step / math.sqrt(12.0)
+    rig_noise = case.rig.sensors.get("position_noise_m", 0.0)
+    stroke = case.rig.values.get("cylinder.stroke_m") or _travel(case)
+    if (
+        noise < STEP_OF_FLOOR * case.floors["position_m"].value
+        or noise < STEP_OF_RIG_NOISE * rig_noise
+        or step < LEAST_STEP * stroke
+    ):
+        return None
+    return Estimate(step, (1.0 - STEP_SCATTER) * step, (1.0 + STEP_SCATTER) * step)
+
+
+def _travel(case: Case) -> float:
+    positions = [record.column("position_m") for record in case.records]
+    return float(max(p.max() for p in positions) - min(p.min() for p in positions))
+
+
+# A subsystem with a twentieth of the gap hardly takes part in it.
+SUBSYSTEM_SMALL = 0.05
+
+# Parts whose shares are at least this share of the largest one explain the gap alike.
+ALIKE = 0.5
+
+
+def localise(
+    case: Case,
+    calibrated: FittedCandidate,
+    best: FittedCandidate | None,
+    *,
+    equations: Sequence[Equation] = (),
+    shares: Mapping[str, float] | None = None,
+    laws: Sequence[tuple[str, float]] = (),
+    others: Sequence[tuple[Sequence[str], float]] = (),
+) -> Where:
+    """Combines the shares of the equations, the selected effects and the maps of the gap.
+
+    Parameters
+    ----------
+    case
+        rig and records.
+    calibrated
+        the fit without effects.
+    best
+        the fit with the selected effects; None, or a fit without effects, where there are none.
+    equations
+        what each equation lacks beside the rig without effects.
+    shares
+        share of the held-out gain by id of the effect; by default all are equal.
+    laws
+        subsystem and share of the held-out gain of each law without a name.
+    others
+        sets that the data cannot tell from the selected one, with the odds of each against it.
+    """
+    problem = case.problem(held_out=True)
+    floors = {name: floor.value for name, floor in case.floors.items()}
+    mapped = maps(problem.records, problem.errors(calibrated.x), floors, case.rig)
+    of_equations = _by_subsystem(equations)
+    selected = best.effects if best is not None else ()
+    if selected or laws:
+        answers = [(_effect_shares(selected, shares, laws), 1.0)]
+        answers += [(_effect_shares(effects, None), odds) for effects, odds in others]
+        subsystem = _mean(answers)
+        notes = _contradictions(subsystem, of_equations)
+    else:
+        subsystem, notes = of_equations, _undecided(of_equations)
+    all_subsystems = {name: subsystem.get(name, 0.0) for name in SUBSYSTEMS} if subsystem else {}
+    return Where(
+        all_subsystems,
+        mapped.regimes,
+        mapped.frequency,
+        mapped.time,
+        tuple(equations),
+        tuple(notes),
+    )
+
+
+def _by_subsystem(equations: Sequence[Equation]) -> dict[str, float]:
+    subsystem: dict[str, float] = {}
+    for equation in equations:
+        subsystem[equation.subsystem] = subsystem.get(equation.subsystem, 0.0) + equation.share
+    return subsystem
+
+
+def _effect_shares(
+    selected: Sequence[str],
+    shares: Mapping[str, float] | None,
+    laws: Sequence[tuple[str, float]] = (),
+) -> dict[str, float]:
+    """Returns the shares of the subsystems of these effects; a negative share counts as zero."""
+    weights = {effect: max(shares.get(effect, 0.0), 0.0) if shares else 1.0 for effect in selected}
+    total = sum(weights.values()) + sum(share for _, share in laws)
+    if total <= 0.0:
+        weights, total = dict.fromkeys(selected, 1.0), float(len(selected))
+    parts = [(effects()[effect].subsystem, weight) for effect, weight in weights.items()]
+    subsystem: dict[str, float] = {}
+    for name, weight in (*parts, *laws):
+        subsystem[name] = subsystem.get(name, 0.0) + weight / total
+    return subsystem
+
+
+def _mean(answers: Sequence[tuple[Mapping[str, float], float]]) -> dict[str, float]:
+    """Returns the mean of the shares of several answers, each with its weight."""
+    total = sum(weight for _, weight in answers)
+    return {
+        name: sum(shares.get(name, 0.0) * weight for shares, weight in answers) / total
+        for name in SUBSYSTEMS
+    }
+
+
+def _contradictions(named: Mapping[str, float], of_equations: Mapping[str, float]) -> list[str]:
+    """Returns a sentence where the equation that asks most for a term has no effect named in it.
+
+    An equation counts alone, so that a second effect beside a larger one does not show there.
+    """
+    missing = [
+        name
+        for name, share in of_equations.items()
+        if share >= SUBSYSTEM_TAKES_PART and share == max(of_equations.values())
+    ]
+    missing = [name for name in missing if named.get(name, 0.0) < SUBSYSTEM_SMALL]
+    return [
+        "With a single term of free form, the gap would rather be explained in another part of the "
+        f"machine: {name}, {100.0 * of_equations[name]:.0f} %."
+        for name in missing
+    ]
+
+
+def _undecided(of_equations: Mapping[str, float]) -> list[str]:
+    """Returns a sentence where several parts of the machine explain the gap alike."""
+    if not of_equations:
+        return ["No term of any equation would explain a part of the gap."]
+    largest = max(of_equations.values())
+    near = [name for name, share in of_equations.items() if share >= ALIKE * largest]
+    if len(near) == 1:
+        return []
+    return [
+        "The data do not show in which of these parts of the machine the gap lies: "
+        f"{', '.join(near)}."
+    ]

@@ -11,13 +11,12 @@ from typing import Protocol
 
 import numpy as np
 
-from ...base.arrays import FloatArray
+from ...base.numbers import FloatArray
 from ...base.parallel import Progress, part_of, run_threads, run_together
-from ...catalogue.keys import sizes_of
 from ...catalogue.parameters import acts_on, effects
+from ...catalogue.spellings import sizes_of
 from ...rigs import Rig
-from ..model.case import Case
-from ..model.machine import effect_starts
+from ..model.case import Case, effect_starts
 from ..model.parameters import effect_parameters
 from ..model.separation import contains
 from ..result import Stage
@@ -30,11 +29,11 @@ from .candidates import (
     nominal_candidate,
     refine,
     refine_finely,
+    repeats_a_law,
     screen,
+    spelled_out,
 )
-from .families import repeats_a_law, spelled_out
-from .likelihood_gain import above_floor, likelihood_gain
-from .sizes import matters
+from .intervals import above_floor, likelihood_gain, matters
 
 # The best few candidates of a screening get a long fit; the best of these are extended.
 MOST_REFINED = 6

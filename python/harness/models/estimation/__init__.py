@@ -1,10 +1,8 @@
 # SPDX-License-Identifier: MIT
 """Replays records through the C++ estimator."""
 
-from .many import estimate_all
-from .recursion import Recursion, scaling_of
-from .replay import estimate
-from .result import Estimate, EstimationResult
+from .many import estimate, estimate_all
+from .recursion import Estimate, EstimationResult, Recursion, scaling_of
 from .spread import Coefficient, Estimates, Named, Outlier, RecordEstimate, compare
 
 __all__ = [

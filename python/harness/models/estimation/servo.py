@@ -12,8 +12,8 @@ import numpy.typing as npt
 
 import ehsid
 
-from ...base.arrays import FloatArray
-from ...base.text import printable
+from ...base.error_words import printable
+from ...base.numbers import FloatArray
 from ...catalogue.channels import CHANNELS
 from ..identification import IoData
 

@@ -11,10 +11,10 @@ from typing import Any
 import numpy as np
 import scipy.special
 
-from ...base.arrays import FloatArray
-from .result import Estimate
+from ...base.numbers import FloatArray
+from .advice import state_words
+from .recursion import Estimate
 from .servo import KEYS
-from .words import state_words
 
 # With fewer records there is no telling which of them is usual.
 LEAST_RECORDS = 5

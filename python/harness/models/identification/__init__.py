@@ -6,11 +6,9 @@
 >>> print(result.reason)
 """
 
-from .arx import ArxModel, fit_arx
-from .candidates import Candidate, Rejected
-from .criteria import Criteria, aic, criteria, fit_percent, fpe, loss, mdl
-from .data import IoData
-from .errors import IdentificationError, TooFewSamplesError, UnexcitedError
+from .arx import ArxModel, Regression, fit_arx, least_squares, regression
+from .candidates import Candidate, Criteria, Rejected, aic, criteria, fit_percent, fpe, loss, mdl
+from .data import ArxOrders, IdentificationError, IoData, TooFewSamplesError, UnexcitedError
 from .frequency import (
     Agreement,
     EstimatedResponse,
@@ -20,11 +18,17 @@ from .frequency import (
     power_band,
     response_grid,
 )
-from .orders import ArxOrders
 from .outliers import Outliers, replace_outliers
 from .preprocessing import Preprocessed, Preprocessing, SignalReport, preprocess
-from .regression import Regression, least_squares, regression
-from .residuals import IndependenceTest, WhitenessTest, independence_test, whiteness_test
+from .residuals import (
+    IndependenceTest,
+    Prediction,
+    WhitenessTest,
+    independence_test,
+    predict_one_step,
+    simulate,
+    whiteness_test,
+)
 from .roots import (
     Cancellation,
     PolesZeros,
@@ -34,7 +38,6 @@ from .roots import (
     stability_distance,
 )
 from .selection import IdentificationResult, identify
-from .simulation import Prediction, predict_one_step, simulate
 
 __all__ = [
     "Agreement",

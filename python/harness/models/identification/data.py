@@ -1,5 +1,10 @@
 # SPDX-License-Identifier: MIT
-"""Samples of one input and one output, in segments without gaps."""
+"""Samples of one input and one output, in segments without gaps.
+
+Exceptions of the identification, one type for each cause that a caller may handle.
+
+Structure of an ARX model: orders and delay.
+"""
 
 from __future__ import annotations
 
@@ -9,9 +14,34 @@ from dataclasses import dataclass, replace
 import numpy as np
 import numpy.typing as npt
 
-from ...base.arrays import masked_count
+from ...base.numbers import masked_count
 from ...records import Record
-from .errors import IdentificationError
+
+
+class IdentificationError(ValueError):
+    """The identification cannot be carried out with these data or settings."""
+
+
+class TooFewSamplesError(IdentificationError):
+    """The record, or one part of it, is too short for the requested orders."""
+
+
+class UnexcitedError(IdentificationError):
+    """The regression matrix is rank-deficient: the data do not determine all parameters.
+
+    Attributes
+    ----------
+    parameters
+        names of the parameters that the data do not determine.
+    why
+        reason: what the data lack.
+    """
+
+    def __init__(self, parameters: tuple[str, ...], why: str) -> None:
+        self.parameters = parameters
+        self.why = why
+        super().__init__(f"the data do not determine {', '.join(parameters)}: {why}")
+
 
 # A signal that changes by less than this share of its size is constant except for rounding errors,
 # and residuals below this share of the output are rounding errors: a regression row is the sum of
@@ -139,3 +169,56 @@ class IoData:
             if cut < segment.stop:
                 second.append(slice(cut, segment.stop))
         return replace(self, segments=tuple(first)), replace(self, segments=tuple(second))
+
+
+@dataclass(frozen=True)
+class ArxOrders:
+    """Structure of A(q^-1) y(k) = q^-nk B(q^-1) u(k) + e(k), Ghazali et al. 2011, Eq. (7).
+
+    Attributes
+    ----------
+    na
+        number of output coefficients a1..a_na, at least 1.
+    nb
+        number of input coefficients b1..b_nb, at least 1.
+    nk
+        delay in samples, at least 0; b1 multiplies u(k - nk).
+    offset
+        whether the model has a constant term.
+    """
+
+    na: int
+    nb: int
+    nk: int = 1
+    offset: bool = False
+
+    def __post_init__(self) -> None:
+        if self.na < 1 or self.nb < 1 or self.nk < 0:
+            raise IdentificationError(
+                f"na = {self.na}, nb = {self.nb}, nk = {self.nk}: na and nb must be at least 1 "
+                "and nk at least 0"
+            )
+
+    @property
+    def n_parameters(self) -> int:
+        """Number of parameters, the length of theta."""
+        return self.na + self.nb + int(self.offset)
+
+    @property
+    def n_history(self) -> int:
+        """Number of samples before k that the regressor of sample k needs."""
+        return max(self.na, self.nk + self.nb - 1)
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Parameter names in the order of theta: a1.., b1.., offset."""
+        return (
+            *(f"a{i}" for i in range(1, self.na + 1)),
+            *(f"b{i}" for i in range(1, self.nb + 1)),
+            *(("offset",) if self.offset else ()),
+        )
+
+    def __str__(self) -> str:
+        equal = f"na = nb = {self.na}"
+        orders = equal if self.na == self.nb else f"na = {self.na}, nb = {self.nb}"
+        return f"{orders}, nk = {self.nk}" + (", offset" if self.offset else "")

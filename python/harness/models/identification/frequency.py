@@ -10,10 +10,9 @@ import numpy.typing as npt
 import scipy.signal
 import scipy.stats
 
-from ...base.arrays import FloatArray
+from ...base.numbers import FloatArray
 from .arx import ArxModel
-from .data import IoData
-from .errors import IdentificationError
+from .data import IdentificationError, IoData
 
 ComplexArray = npt.NDArray[np.complex128]
 

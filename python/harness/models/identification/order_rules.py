@@ -9,9 +9,8 @@ from collections.abc import Sequence
 import numpy as np
 import scipy.stats
 
-from ...base.arrays import FloatArray
-from .candidates import Candidate
-from .criteria import diverges, simulation_words
+from ...base.numbers import FloatArray
+from .candidates import Candidate, diverges, simulation_words
 from .residuals import IndependenceTest, WhitenessTest
 
 # One-sided confidence level at which one delay counts as worse than another.

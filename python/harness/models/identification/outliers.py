@@ -19,12 +19,10 @@ import numpy.typing as npt
 import scipy.signal
 import scipy.stats
 
-from ...base.arrays import FloatArray
+from ...base.numbers import FloatArray
 from .arx import ArxModel, fit_arx
-from .data import ROUNDING, IoData
-from .errors import TooFewSamplesError, UnexcitedError
-from .orders import ArxOrders
-from .simulation import predict_one_step
+from .data import ROUNDING, ArxOrders, IoData, TooFewSamplesError, UnexcitedError
+from .residuals import predict_one_step
 
 # Probability that at least one sample of a record without spikes is replaced. The residuals of a
 # linear model of a nonlinear plant are not normally distributed: on records of the simulated rigs

@@ -9,13 +9,12 @@ from typing import Any, Literal, get_args
 import numpy as np
 import numpy.typing as npt
 
-from ...base.arrays import FloatArray
 from ...base.encoding import to_plain
+from ...base.numbers import FloatArray
 from .arx import ArxModel
-from .data import ROUNDING, IoData
-from .errors import IdentificationError
+from .data import ROUNDING, IdentificationError, IoData
 from .outliers import Outliers, replace_outliers
-from .simulation import Prediction
+from .residuals import Prediction
 
 Trend = Literal["none", "mean", "linear"]
 

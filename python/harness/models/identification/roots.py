@@ -10,7 +10,7 @@ import numpy.typing as npt
 import scipy.optimize
 import scipy.stats
 
-from ...base.arrays import FloatArray
+from ...base.numbers import FloatArray
 from .arx import ArxModel
 
 ComplexArray = npt.NDArray[np.complex128]

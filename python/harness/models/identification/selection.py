@@ -1,8 +1,12 @@
 # SPDX-License-Identifier: MIT
-"""Chooses order and delay on validation data, with reasons and residual tests."""
+"""Chooses order and delay on validation data, with reasons and residual tests.
+
+The orders and delays that a search tries, as users write them.
+"""
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable
 from dataclasses import dataclass
 from itertools import groupby
@@ -12,13 +16,26 @@ import numpy as np
 
 from ...base.encoding import to_plain
 from .candidates import Candidate, Rejected, judge
-from .data import ROUNDING, IoData
+from .data import (
+    ROUNDING,
+    ArxOrders,
+    IdentificationError,
+    IoData,
+    TooFewSamplesError,
+    UnexcitedError,
+)
 from .dynamics import dynamics
-from .errors import IdentificationError, TooFewSamplesError, UnexcitedError
 from .order_rules import advise, choose_delay, choose_order, delay_reason, order_reason
-from .orders import ArxOrders
-from .residuals import MAX_LAG, IndependenceTest, WhitenessTest, independence_test, whiteness_test
-from .simulation import Prediction, predict_one_step, simulate
+from .residuals import (
+    MAX_LAG,
+    IndependenceTest,
+    Prediction,
+    WhitenessTest,
+    independence_test,
+    predict_one_step,
+    simulate,
+    whiteness_test,
+)
 
 DEFAULT_ORDERS = range(2, 6)
 DEFAULT_DELAYS = range(1, 6)
@@ -222,3 +239,24 @@ def _check_part(part: IoData, name: str, skip: int, n_needed: int) -> None:
             f"the output '{part.output_name}' is constant in the {name} part: expected a response "
             "to the input; record the plant in motion, or name another --output"
         )
+
+
+# Beyond these a search over orders and delays takes hours, and its models have no meaning.
+MOST_ORDER, MOST_DELAY = 50, 1000
+
+
+def parse_range(text: str, option: str, most: int) -> range:
+    """Returns the range that a text such as "2-5" or "3" names, upper end included.
+
+    Raises
+    ------
+    ValueError
+        the text is no range of whole numbers from 0 to `most`.
+    """
+    match = re.fullmatch(r"([0-9]{1,9})(?:-([0-9]{1,9}))?", text.strip())
+    low, high = (int(match[1]), int(match[2] or match[1])) if match else (0, -1)
+    if not low <= high <= most:
+        raise ValueError(
+            f"{option} {text!r}: expected a number or a range such as 2-5, at most {most}"
+        )
+    return range(low, high + 1)

@@ -17,8 +17,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from ..errors import RecordError, damage_named
-from ..limits import BYTES, COLUMNS
+from ..errors import BYTES, COLUMNS, RecordError, damage_named
 from ..logs.log import SEPARATOR, Kind, Log, Part, series_of
 from .mat import object_parts
 

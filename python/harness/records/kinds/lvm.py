@@ -16,7 +16,7 @@ from typing import TypeVar
 
 import numpy as np
 
-from ...base.arrays import FloatArray
+from ...base.numbers import FloatArray
 from ..errors import RecordError
 from ..logs import text_table as plain
 from ..logs.dialect import Dialect, cells_of

@@ -23,12 +23,11 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from ...base.arrays import FloatArray
 from ...base.error_words import install_line
 from ...base.files import temporary_folder
+from ...base.numbers import FloatArray
 from ...catalogue.channels import TIME
-from ..errors import RecordError, damage_named, first_line
-from ..limits import BYTES, COLUMNS, SAMPLES
+from ..errors import BYTES, COLUMNS, SAMPLES, RecordError, damage_named, first_line
 from ..logs.log import Kind, Log, Part, Series, Table, as_float, series_of
 from ..logs.units import SECONDS, pint_unit
 from ..mat_elements import check_elements

@@ -17,9 +17,8 @@ from typing import Any
 
 import numpy as np
 
-from ...base.arrays import FloatArray
-from ..errors import damage_named
-from ..limits import BYTES, COLUMNS, SAMPLES
+from ...base.numbers import FloatArray
+from ..errors import BYTES, COLUMNS, SAMPLES, damage_named
 from ..logs.log import Kind, Log, Series
 
 MAX_DEPTH = 6

@@ -13,9 +13,8 @@ from typing import Any
 
 import numpy as np
 
-from ...base.arrays import FloatArray
-from ..errors import RecordError, damage_named
-from ..limits import BYTES, COLUMNS, SAMPLES
+from ...base.numbers import FloatArray
+from ..errors import BYTES, COLUMNS, SAMPLES, RecordError, damage_named
 from ..logs.log import Kind, Log, Series, as_float
 
 # A block of compressed data; its original length stands behind its head of 24 bytes and 8 more.

@@ -11,8 +11,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from ..errors import RecordError, damage_named, first_line
-from ..limits import BYTES, COLUMNS
+from ..errors import BYTES, COLUMNS, RecordError, damage_named, first_line
 from ..logs.log import Kind, Log, Part, Table, series_of
 
 # First bytes of a zip archive and of a single array.

@@ -11,9 +11,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy.typing as npt
 
-from ...base.arrays import FloatArray
-from ..errors import RecordError, damage_named
-from ..limits import BYTES, COLUMNS, SAMPLES
+from ...base.numbers import FloatArray
+from ..errors import BYTES, COLUMNS, SAMPLES, RecordError, damage_named
 from ..logs.cells import from_datetimes
 from ..logs.log import Kind, Log, Series, Table
 

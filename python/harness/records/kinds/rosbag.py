@@ -8,8 +8,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from ..errors import RecordError, damage_named
-from ..limits import COLUMNS
+from ..errors import COLUMNS, RecordError, damage_named
 from ..logs.log import Kind, Log, Series
 from .mcap import topic_series
 

@@ -12,7 +12,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ...base.arrays import FloatArray
+from ...base.numbers import FloatArray
 from ..errors import RecordError
 from ..logs import text_table as plain
 from ..logs.dialect import Dialect, cells_of

@@ -20,9 +20,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ...base.arrays import FloatArray
-from ..errors import RecordError, damage_named
-from ..limits import BYTES, COLUMNS, SAMPLES
+from ...base.numbers import FloatArray
+from ..errors import BYTES, COLUMNS, SAMPLES, RecordError, damage_named
 from ..logs.log import Kind, Log, Series
 from ..logs.text_table import table_log
 

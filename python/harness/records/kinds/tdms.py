@@ -12,9 +12,8 @@ from typing import Any
 
 import numpy as np
 
-from ...base.arrays import FloatArray
-from ..errors import RecordError, damage_named
-from ..limits import BYTES, COLUMNS, SAMPLES
+from ...base.numbers import FloatArray
+from ..errors import BYTES, COLUMNS, SAMPLES, RecordError, damage_named
 from ..logs.log import Kind, Log, Read, Series, as_float
 
 VALUE_BYTES = 8

@@ -15,8 +15,7 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
-from ..errors import RecordError
-from ..limits import COLUMNS, GZIP_MAGIC
+from ..errors import COLUMNS, GZIP_MAGIC, RecordError
 from ..logs.cells import plain_number_mend
 from ..logs.dialect import ROWS_OF_ONE_FORM, has_results, is_cut
 from ..logs.log import Kind, Log, Table

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
-from ...base.arrays import FloatArray
+from ...base.numbers import FloatArray
 
 if TYPE_CHECKING:
     import polars as pl

@@ -13,12 +13,12 @@ from pathlib import Path
 
 import numpy as np
 
-from ...base.arrays import FloatArray
+from ...base.numbers import FloatArray
 from ...catalogue.channels import TIME
 from ..errors import MisnamedColumnError, RecordError, misnamed_column
 from ..layout import usual_units
 from ..mapping import Request, how_to_name, map_option, units_differ
-from ..origin import DATES, Taken
+from ..record import DATES, Taken
 from ..timebase import BRIDGED_STEPS, GAP_FACTOR
 from .log import Log, Series
 from .names import doubt_of_unit, is_counter, means, parts_of, says, unit_in_name

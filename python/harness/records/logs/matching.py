@@ -10,13 +10,13 @@ from pathlib import Path
 
 import numpy as np
 
-from ...base.arrays import FloatArray
+from ...base.numbers import FloatArray
 from ...catalogue.channels import CHANNELS, COMMAND, POSITION, SPOOL, TIME
 from ..checks import sentinels_of
 from ..errors import RecordError, misnamed_column, missing_column, nearest_name
 from ..layout import gauge_remarks, usual_units
 from ..mapping import NAMED_BY_RIG, Request, columns_line, map_option, units_differ
-from ..origin import Taken
+from ..record import Taken
 from .log import Log, Series
 from .names import (
     doubt_of_unit,

@@ -8,13 +8,12 @@ from pathlib import Path
 
 import numpy as np
 
-from ...base.arrays import FloatArray
+from ...base.numbers import FloatArray
 from ...catalogue.channels import CHANNELS, COMMAND, POSITION, TIME
 from ..checks import without_useless
 from ..errors import RecordError
 from ..mapping import Request
-from ..origin import Origin, without_numbers
-from ..record import Record, make_record
+from ..record import Origin, Record, make_record, without_numbers
 from ..timebase import BRIDGED_STEPS, GAP_FACTOR, MAX_JITTER, TimeError, analyse_time, is_uniform
 from .clock import Clock, Clocks
 from .log import Log

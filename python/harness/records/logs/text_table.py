@@ -13,10 +13,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ...base.arrays import FloatArray
+from ...base.numbers import FloatArray
 from ...catalogue.channels import TIME
-from ..errors import RecordError
-from ..limits import BYTES, COLUMNS, GZIP_MAGIC, LINE, SAMPLES
+from ..errors import BYTES, COLUMNS, GZIP_MAGIC, LINE, SAMPLES, RecordError
 from .cells import TRIED_ROWS, Marks, Stamps, marks_of, moments, plain_number_mend
 from .dialect import EMPTY, SAMPLE_LINES, Dialect, cells_of, samples_of, sniff
 from .log import Log, Series

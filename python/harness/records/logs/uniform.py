@@ -21,9 +21,8 @@ from pathlib import Path
 
 import numpy as np
 
-from ...base.arrays import FloatArray
-from ..errors import RecordError
-from ..limits import SAMPLES
+from ...base.numbers import FloatArray
+from ..errors import SAMPLES, RecordError
 from ..timebase import BRIDGED_STEPS, MAX_JITTER, written_resolution
 
 # A step beyond this many usual ones lacks at least one sample.

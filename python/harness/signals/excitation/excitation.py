@@ -1,8 +1,15 @@
 # SPDX-License-Identifier: MIT
-"""A test signal together with the data that its evaluation needs later."""
+"""A test signal together with the data that its evaluation needs later.
+
+Predicts whether a command keeps a plant with integrating behaviour inside its stroke.
+
+The plant is modelled as an integrator, y' = gain u, with the command held between samples. The
+model neglects lag, unequal areas and load. Leave a margin, and verify the result with `simulate`.
+"""
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -77,3 +84,93 @@ def check_samples(name: str, samples: npt.NDArray[np.float64]) -> None:
         raise ValueError(
             f"{name}: sample {bad[0]}, counted from 0, is {samples[bad[0]]}: expected finite values"
         )
+
+
+def travel(
+    command: npt.NDArray[np.float64], dt_s: float, gain_m_s_v: float, start_m: float
+) -> tuple[float, float]:
+    """Returns lowest and highest position in metres, start and end of the last interval included.
+
+    Parameters
+    ----------
+    command
+        command in volts, shape (n,), n >= 1, finite.
+    dt_s
+        sampling time in seconds, > 0.
+    gain_m_s_v
+        velocity per volt in m/(s V), finite, of either sign.
+    start_m
+        position at the first sample in metres, finite.
+    """
+    if not 0.0 < dt_s < np.inf:
+        raise ValueError(f"travel: dt_s = {dt_s:g}: expected a finite dt_s > 0")
+    for name, value in (("gain_m_s_v", gain_m_s_v), ("start_m", start_m)):
+        if not math.isfinite(value):
+            raise ValueError(f"travel: {name} = {value:g}: expected a finite number")
+    check_samples("travel", command)
+    # y_{k+1} = y_k + gain dt u_k. The position is linear between samples, so its extremes are at
+    # the samples.
+    position = start_m + gain_m_s_v * dt_s * np.cumsum(command)
+    return min(start_m, float(position.min())), max(start_m, float(position.max()))
+
+
+def fit_to_travel(
+    command: npt.NDArray[np.float64],
+    dt_s: float,
+    *,
+    gain_m_s_v: float,
+    start_m: float,
+    stroke_m: float,
+) -> npt.NDArray[np.float64]:
+    """Returns the command if the plant stays inside its stroke, else the command minus its mean.
+
+    Without its mean, the command ends at the start position; its peak may grow by the size of the
+    mean. The command is not scaled down, because that would be a different test.
+
+    Parameters
+    ----------
+    command, dt_s, gain_m_s_v
+        as in `travel`.
+    start_m
+        position at the first sample in metres, 0 <= start_m <= stroke_m.
+    stroke_m
+        stroke in metres, > 0; positions from 0 to stroke_m are inside.
+
+    Returns
+    -------
+    Command in volts, shape (n,), a new array.
+
+    Raises
+    ------
+    ValueError
+        an argument is outside its range, or the plant leaves the stroke also without the mean; the
+        message then gives a scale and a start position that fit.
+    """
+    if not 0.0 < stroke_m < np.inf:
+        raise ValueError(f"fit_to_travel: stroke_m = {stroke_m:g}: expected a finite stroke_m > 0")
+    if not 0.0 <= start_m <= stroke_m:
+        raise ValueError(
+            f"fit_to_travel: start_m = {start_m:g}: expected 0 <= start_m <= {stroke_m:g}"
+        )
+    low, high = travel(command, dt_s, gain_m_s_v, start_m)
+    if low >= 0.0 and high <= stroke_m:
+        return np.array(command, dtype=np.float64)
+    centred = np.asarray(command - np.mean(command), dtype=np.float64)
+    low, high = travel(centred, dt_s, gain_m_s_v, start_m)
+    if low >= 0.0 and high <= stroke_m:
+        return centred
+    down, up = start_m - low, high - start_m
+    room = stroke_m - start_m
+    # From the best start position the command can use the whole stroke. The factor 0.999 allows for
+    # the rounding of the printed figures.
+    there = min(1.0, 0.999 * stroke_m / (down + up))
+    remedy = f"start at {0.5 * (stroke_m + there * (down - up)):.5g} m"
+    if there < 1.0:
+        remedy += f" and scale it by at most {there:.5g}"
+    if 0.0 < start_m < stroke_m:
+        here = 0.999 * min(start_m / max(down, start_m), room / max(up, room))
+        remedy = f"scale it by at most {here:.5g}, or {remedy}"
+    raise ValueError(
+        f"fit_to_travel: less its mean, the command still moves from {low:.4g} to {high:.4g} m, "
+        f"beyond 0 to {stroke_m:g} m: {remedy}"
+    )

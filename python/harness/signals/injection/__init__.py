@@ -6,10 +6,9 @@
 {'valve_dead_band': {'overlap': 0.04}}
 """
 
-from .answer import Answer
 from .effects import InjectError, injectable
-from .inject import Injected, inject
-from .writing import answer_path, write_injected
+from .inject import Injected, answer_path, inject, write_injected
+from .lag import Answer
 
 __all__ = [
     "Answer",

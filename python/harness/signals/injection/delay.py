@@ -7,9 +7,8 @@ import math
 
 import numpy as np
 
-from ...base.arrays import FloatArray
-from .effects import InjectError
-from .notes import Note, Step, rms
+from ...base.numbers import FloatArray
+from .effects import InjectError, Note, Step, rms
 
 # A delay within a thousandth of a sample of a whole number counts as whole: clocks are no better.
 WHOLE = 1e-3

@@ -1,15 +1,49 @@
 # SPDX-License-Identifier: MIT
-"""Effects that can be injected into a log, with their ranges and plants."""
+"""Effects that can be injected into a log, with their ranges and plants.
+
+Result of one injection step, and the notes for the user about it.
+
+Pre-images of effects on the command path: u' with effect(u') = u, in units of rated command.
+
+Applies effects of a sensor, as the simulator computes them, to a logged position in m.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from types import MappingProxyType
+from typing import NamedTuple
 
-from ...catalogue.parameters import acts_on
+import numpy as np
+
+from ehsid import EffectTerms
+
+from ...base.numbers import FloatArray
+from ...catalogue.parameters import acts_on, plant_parameters
 from ...catalogue.parameters import effects as catalogue
+from ...catalogue.spellings import effect_values
 from ...records.errors import nearest_name
 from ...rigs import Rig
+
+
+class Note(NamedTuple):
+    """A sentence about a step; `exact` is False where the step is only approximate."""
+
+    text: str
+    exact: bool = True
+
+
+class Step(NamedTuple):
+    """The signal after an injection step, and notes about the step."""
+
+    signal: FloatArray
+    notes: list[Note]
+
+
+def rms(signal: FloatArray) -> float:
+    """Root mean square of a signal, in the unit of the signal."""
+    return float(np.sqrt(np.mean(np.square(signal))))
+
 
 Range = tuple[float, float]
 Sizes = Mapping[str, float]
@@ -149,3 +183,83 @@ def _check_sizes(effect: str, sizes: Sizes, ranges: Mapping[str, Range]) -> list
         elif not any(sizes.values()):
             problems.append(f"'{effect}.{name}' = 0: that is no effect")
     return problems
+
+
+def before_dead_band(command: FloatArray, extending: float, retracting: float) -> Step:
+    """Returns the pre-image of a dead band: u' = u + extending or u - retracting, by the sign of u.
+
+    The dead band passes u' - extending above that overlap, u' + retracting below the negative of
+    the other, else 0. At u = 0 every u' within the band is a pre-image. The function takes the
+    middle of the band: it needs no memory, and it stays inside the band even if a diagnosis
+    estimates the band a little too small.
+    """
+    signs = np.sign(command)
+    jumps = int(np.count_nonzero(np.diff(signs[signs != 0.0])))
+    middle, half_width = 0.5 * (extending - retracting), 0.5 * (extending + retracting)
+    return Step(
+        command + (middle + half_width * signs),
+        [
+            Note(
+                f"the command changes its sign {jumps} times and then jumps by "
+                f"{2.0 * half_width:g} of rated"
+            )
+        ],
+    )
+
+
+def before_bias(command: FloatArray, offset: float) -> Step:
+    """Returns the pre-image of a bias u' + offset: u' = u - offset."""
+    return Step(command - offset, [])
+
+
+def before_gain(command: FloatArray, factor: float) -> Step:
+    """Returns the pre-image of a gain, factor u': u' = u / factor."""
+    return Step(command / factor, [])
+
+
+def before_play(command: FloatArray, half_width: float) -> Step:
+    """Returns the pre-image of play with half width h: u' for which w = u.
+
+    The play is w_k = min(max(w_{k-1}, u'_k - h), u'_k + h), w_{-1} = 0. Where u rises,
+    u' = u + h, because the play pushes w from below. Where u falls, u' = u - h. Where u rests,
+    every u' within h of u is a pre-image, and u' rests, too. Before the first move u' = u = 0.
+    """
+    move = np.sign(np.diff(command, prepend=0.0))
+    last = np.maximum.accumulate(np.where(move != 0.0, np.arange(move.size), 0))
+    side = move[last]
+    turns = int(np.count_nonzero(np.diff(move[move != 0.0])))
+    return Step(
+        command + half_width * side,
+        [
+            Note(
+                f"the command turns {turns} times, however little, and then jumps by "
+                f"{2.0 * half_width:g} of rated"
+            )
+        ],
+    )
+
+
+def behind_bias(position: FloatArray, offset_m: float) -> Step:
+    """Adds the offset to the position."""
+    return Step(position + offset_m, [])
+
+
+def behind_sensor(
+    position: FloatArray, effect: str, sizes: Mapping[str, float], dt_s: float
+) -> Step:
+    """Applies an effect of the catalogue on the sensor, which rested before the first sample.
+
+    Parameters
+    ----------
+    position
+        logged position, m, shape (N,); it is taken to be linear between the samples.
+    effect, sizes
+        id of the effect, and its parameters by their own names.
+    dt_s
+        sampling time, s.
+    """
+    values = effect_values(effect, sizes)
+    terms = EffectTerms(np.array([values.get(name, 0.0) for name in plant_parameters()]))
+    lag_s, _ = terms.sensor_error
+    notes = [Note("noise that was in the position has gone through the lag, too")] if lag_s else []
+    return Step(terms.sensor(position, dt_s), notes)

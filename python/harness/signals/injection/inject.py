@@ -6,28 +6,45 @@ effect in front of all its own, which receives u' with effect(u') = u. It would 
 exactly the same way. So the record with u' in place of u is a log of that machine. In a closed loop
 u' is the command that a controller of that machine would have had to send. An effect of the sensor
 changes the position alone.
+
+Writes an injected record and its answer to files.
 """
 
 from __future__ import annotations
 
+import hashlib
+import json
 import math
+import os
 from collections.abc import Mapping
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 
-from ...base.arrays import FloatArray
+from ...base.files import write_text
+from ...base.numbers import FloatArray
 from ...catalogue.channels import CHANNELS
 from ...catalogue.channels import POSITION as POSITION_COLUMN
 from ...records import Record, make_record
+from ...records.writing import record_bytes
 from ...rigs import Rig
-from . import command as on_command
-from . import position as on_position
-from .answer import Answer, file_of
+from . import effects as on_command
+from . import effects as on_position
 from .delay import before_delay, behind_delay
-from .effects import COMMAND, GAIN_OF, OWN, POSITION, InjectError, Sizes, check, does_not_pass
-from .lag import before_lag
-from .notes import Note, Step
+from .effects import (
+    COMMAND,
+    GAIN_OF,
+    OWN,
+    POSITION,
+    InjectError,
+    Note,
+    Sizes,
+    Step,
+    check,
+    does_not_pass,
+)
+from .lag import Answer, before_lag, file_of
 
 # Effects behind the spool. A measured spool position must be changed by their pre-images, too.
 BEHIND_SPOOL = ("gain", "valve_dead_band", "valve_dead_band_sides", "valve_null_bias")
@@ -226,3 +243,26 @@ def _expected(
             )
         )
     return expected, tuple(outside), notes
+
+
+def answer_path(path: str | os.PathLike[str]) -> Path:
+    """Path of the answer of a record: in the same folder, its whole name and `.answer.json`."""
+    path = Path(path)
+    return path.with_name(f"{path.name}.answer.json")
+
+
+def write_injected(injected: Injected, path: Path) -> None:
+    """Writes the record in the format that its extension names, and the answer beside it.
+
+    Raises
+    ------
+    RecordError
+        the format does not allow the name of a column.
+    OSError
+        the file system refuses to write.
+    """
+    content = record_bytes(injected.record, path.name)
+    path.write_bytes(content)
+    plain = injected.answer.plain()
+    plain["record"] = {"file": path.name, "sha256": hashlib.sha256(content).hexdigest()}
+    write_text(answer_path(path), json.dumps(plain, indent=2, allow_nan=False) + "\n")

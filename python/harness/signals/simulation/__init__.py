@@ -13,9 +13,7 @@ from .controller import (
     velocity_gain,
     with_integral,
 )
-from .inside import inside_stroke
-from .outputs import draw_noise
-from .run import SimulationError, SimulationRun, simulate
+from .run import SimulationError, SimulationRun, draw_noise, inside_stroke, simulate
 from .settings import parse_settings
 from .windows import WindowedRun, measured_states, simulate_windows
 

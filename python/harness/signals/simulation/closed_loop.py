@@ -9,11 +9,19 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from ...base.arrays import FloatArray
+from ...base.numbers import FloatArray
 from ...rigs import Rig
 from .controller import PositionController
-from .outputs import OUTPUTS, QUANTISATION
-from .run import Progress, SimulationError, SimulationRun, checked_samples, prepare, simulate
+from .run import (
+    OUTPUTS,
+    QUANTISATION,
+    Progress,
+    SimulationError,
+    SimulationRun,
+    checked_samples,
+    prepare,
+    simulate,
+)
 
 POSITION = OUTPUTS.index("position_m")
 REPORTS = 100

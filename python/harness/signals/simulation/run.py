@@ -1,5 +1,12 @@
 # SPDX-License-Identifier: MIT
-"""Runs the simulator once and returns a record with an estimate of the integration error."""
+"""Runs the simulator once and returns a record with an estimate of the integration error.
+
+Makes a command so small that the rod stays inside its stroke.
+
+Takes the command of a record to drive a rig.
+
+Outputs of a simulated plant as columns of a record, optionally with sensor noise.
+"""
 
 from __future__ import annotations
 
@@ -12,12 +19,125 @@ import numpy.typing as npt
 
 import ehsid
 
-from ...base.arrays import FloatArray, masked_count
-from ...catalogue.keys import ParameterKey
+from ...base.numbers import FloatArray, masked_count
+from ...catalogue.channels import CHANNELS, COMMAND
+from ...catalogue.parameters import PLANTS
+from ...catalogue.spellings import ParameterKey
 from ...records import Record, make_record
+from ...records.timebase import mend_of_gaps, pieces_in_words
 from ...rigs import Rig
 from ...rigs.checks import check_relations, check_values
-from .outputs import QUANTISATION, as_measured, columns_of
+from ..excitation import travel
+from .controller import command_limit, velocity_gain
+
+# Of the way to an end of the stroke: the speed differs between the directions.
+USED = 0.7
+
+
+def inside_stroke(rig: Rig, command_v: FloatArray, dt_s: float) -> FloatArray:
+    """Returns the command less its mean, and so small that the rod stays inside, V, shape (N,).
+
+    `excitation.fit_to_travel` refuses a command that is too large; this is for those who choose a
+    size by eye.
+
+    Parameters
+    ----------
+    rig
+        the machine, which starts at mid-stroke; one without a stroke leaves the command as it is.
+    command_v
+        the command as wished, V, shape (N,).
+    dt_s
+        sampling time in seconds.
+    """
+    stroke = rig.values.get("cylinder.stroke_m")
+    if stroke is None:
+        return command_v
+    centred = np.asarray(command_v - np.mean(command_v), dtype=np.float64)
+    start = 0.5 * stroke
+    low, high = travel(centred, dt_s, velocity_gain(rig), start)
+    farthest = max(start - low, high - start)
+    return centred * min(1.0, USED * start / max(farthest, 1e-12))
+
+
+# A logged command may be beyond the rated one, where the valve is fully open. One that is so far
+# beyond it is in another unit.
+MOST_COMMAND = 10
+
+
+def logged_command(record: Record, rig: Rig) -> tuple[FloatArray, float]:
+    """Returns the command of a record, V, shape (N,), and its sampling time in seconds.
+
+    Raises
+    ------
+    ValueError
+        the record has no command, has gaps or no time, or its command is far beyond the rated one.
+    """
+    place = record.source or record.name
+    command = record.column(COMMAND)
+    if record.dt_s is None:
+        raise ValueError(f"{place}: a command without time cannot drive a rig; give its time")
+    if len(record.segments) > 1:
+        raise ValueError(
+            f"{place}: a command with gaps cannot drive a rig: {pieces_in_words(record)}; "
+            f"{mend_of_gaps(record)}"
+        )
+    largest, limit = float(np.abs(command).max()), command_limit(rig)
+    if largest > MOST_COMMAND * limit:
+        raise ValueError(
+            f"{place}, column '{COMMAND}': the command reaches {largest:.4g} V: expected at most "
+            f"{MOST_COMMAND} times the rated command of {limit:g} V; is the column in V?"
+        )
+    return command, record.dt_s
+
+
+# Columns of the output arrays of ehsid.simulate_plant and ehsid.Plant.
+OUTPUTS = ehsid.plant_outputs()
+OUTPUTS_OF = MappingProxyType(
+    {plant: tuple(name for name in OUTPUTS if plant in CHANNELS[name].plants) for plant in PLANTS}
+)
+
+QUANTISATION = ParameterKey.of_effect("sensor_quantisation", "step_m")
+
+
+def columns_of(plant: str, outputs: FloatArray) -> dict[str, FloatArray]:
+    """Selects the outputs that the plant has, by name, from an array of shape (N, 6)."""
+    return {name: outputs[:, OUTPUTS.index(name)] for name in OUTPUTS_OF[plant]}
+
+
+def noise_sigma(rig: Rig, output: str) -> float:
+    """Standard deviation of the noise of an output in the rig file, in its unit; 0 for none."""
+    key = CHANNELS[output].noise
+    return 0.0 if key is None else rig.sensors.get(key, 0.0)
+
+
+def draw_noise(rig: Rig, samples: int, rng: np.random.Generator) -> FloatArray:
+    """Draws white Gaussian noise of the rig's sensors, shape (samples, 6), in output units.
+
+    The noise of an output is zero where the rig file gives no standard deviation.
+    """
+    sigma = np.array([noise_sigma(rig, name) for name in OUTPUTS])
+    return np.asarray(rng.standard_normal((samples, len(OUTPUTS))) * sigma, dtype=np.float64)
+
+
+def as_measured(clean: FloatArray, noise: FloatArray, values: Mapping[str, float]) -> FloatArray:
+    """Adds noise to the outputs, then quantises the position, in the order of a real sensor.
+
+    Parameters
+    ----------
+    clean
+        outputs, shape (..., 6), of a plant whose own quantisation is off.
+    noise
+        noise in output units, of the same shape.
+    values
+        values of the rig by full name; the step of its `sensor_quantisation` is applied here.
+    """
+    measured = clean + noise
+    step = values.get(QUANTISATION, 0.0)
+    if step > 0.0:
+        position = OUTPUTS.index("position_m")
+        measured[..., position] = step * np.round(measured[..., position] / step)
+    return measured
+
 
 Progress = Callable[[float], None]
 

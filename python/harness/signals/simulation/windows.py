@@ -17,12 +17,11 @@ from scipy.signal import savgol_filter
 
 import ehsid
 
-from ...base.arrays import FloatArray
+from ...base.numbers import FloatArray
 from ...catalogue.parameters import plant_parameters
 from ...records import Record
 from ...rigs import Rig
-from .outputs import OUTPUTS_OF
-from .run import prepare
+from .run import OUTPUTS_OF, prepare
 
 # States that can be set at the start of a window, in the order of `aligned` in ehsid.simulate_plant
 STATES = ("position_m", "velocity_m_s", "pressure_a_pa", "pressure_b_pa")

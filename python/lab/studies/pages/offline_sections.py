@@ -11,7 +11,7 @@ from ehsid.harness.show.page import Block, Section, Table
 
 from ..attempts import Attempt
 from ..procedure import Procedure
-from ..published import PublishedOrder
+from ..rig_records import PublishedOrder
 from .offline_model_blocks import (
     outputs_picture,
     poles_zeros_blocks,

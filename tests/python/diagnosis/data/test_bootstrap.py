@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from ehsid.harness.diagnosis.data.bootstrap import (
+from ehsid.harness.diagnosis.data.regimes import (
     BOOTSTRAP_DRAWS,
     SHRINKAGE_LEVEL,
     drawn_windows,

@@ -9,10 +9,9 @@ from hypothesis import strategies as st
 from sources import ROOT
 
 from ehsid.harness.diagnosis.data import gate_signs
-from ehsid.harness.diagnosis.data.cylinder import oil_spring_hz
-from ehsid.harness.diagnosis.data.gate import gate, longest_stretch, stretch, usable_part
-from ehsid.harness.diagnosis.data.gate_channels import spikes
+from ehsid.harness.diagnosis.data.gate import gate, longest_stretch, spikes, stretch, usable_part
 from ehsid.harness.diagnosis.data.gate_signs import correlation
+from ehsid.harness.diagnosis.data.repeats import oil_spring_hz
 from ehsid.harness.records import Origin, Taken, make_record
 from ehsid.harness.rigs import Rig, read_rig
 from ehsid.harness.signals.excitation import multisine

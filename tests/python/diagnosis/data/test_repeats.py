@@ -8,8 +8,12 @@ from scipy.signal import lfilter
 from sources import ROOT
 
 from ehsid.harness.diagnosis.data.floor import floor_of, noise_floor, sensor_step, shows_motion
-from ehsid.harness.diagnosis.data.repeats import find_repeat, repeat_errors
-from ehsid.harness.diagnosis.data.rest import rest_errors, rest_windows
+from ehsid.harness.diagnosis.data.repeats import (
+    find_repeat,
+    repeat_errors,
+    rest_errors,
+    rest_windows,
+)
 from ehsid.harness.records import Record, make_record
 from ehsid.harness.rigs import read_rig
 from ehsid.harness.signals.excitation import multisine

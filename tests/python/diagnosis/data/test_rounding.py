@@ -3,7 +3,7 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from ehsid.harness.diagnosis.data.rounding import rounding_errors
+from ehsid.harness.diagnosis.data.floor import rounding_errors
 
 TIME = np.arange(4000) * 1e-3
 

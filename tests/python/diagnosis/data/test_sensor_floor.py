@@ -10,15 +10,15 @@ import numpy as np
 import pytest
 from sources import ROOT
 
-from ehsid.harness.diagnosis.data.cylinder import oil_spring_hz
-from ehsid.harness.diagnosis.data.floor import floor_of
-from ehsid.harness.diagnosis.data.sensor_floor import (
+from ehsid.harness.diagnosis.data.floor import (
     DESIGN_PRESSURE_NOISE,
     NOISE_OF_RANGE,
     NOISE_OF_STROKE,
     SPRING_HIDES_NOISE,
+    floor_of,
     sensor_floor,
 )
+from ehsid.harness.diagnosis.data.repeats import oil_spring_hz
 from ehsid.harness.records import Record
 from ehsid.harness.rigs import Rig, read_rig
 from ehsid.harness.signals.excitation import multisine

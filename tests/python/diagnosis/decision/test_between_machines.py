@@ -5,7 +5,7 @@ from dataclasses import replace
 import pytest
 from msgspec.structs import replace as replace_part
 
-from ehsid.harness.diagnosis.decision.between_machines import (
+from ehsid.harness.diagnosis.decision.posterior import (
     SHRINKAGE_FURTHER,
     SHRINKAGE_FURTHER_FROM_NOMINAL,
     SIZE_FURTHER,

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from made_candidates import candidate
 
 from ehsid.harness.diagnosis import deciding
-from ehsid.harness.diagnosis.decision.decision import least_loss
+from ehsid.harness.diagnosis.decision.effect_selection import least_loss
 from ehsid.harness.diagnosis.decision.posterior import Hypothesis, Posterior
 
 SETS = (

@@ -14,10 +14,14 @@ from made_candidates import CASE, FLOOR, candidate, search_result
 
 from ehsid.harness.catalogue.parameters import effects as catalogue
 from ehsid.harness.diagnosis.deciding import VALUES
-from ehsid.harness.diagnosis.decision.effect_selection import select_effects
+from ehsid.harness.diagnosis.decision.effect_selection import (
+    chance,
+    in_words,
+    percent,
+    select_effects,
+)
 from ehsid.harness.diagnosis.decision.results import selected_effects
 from ehsid.harness.diagnosis.decision.verdict import decide
-from ehsid.harness.diagnosis.decision.words import chance, in_words, percent
 from ehsid.harness.diagnosis.schema import Calibrated, Estimate, HowFar, Value
 from ehsid.harness.diagnosis.search.candidates import FittedCandidate
 

@@ -22,16 +22,16 @@ from ehsid.harness.diagnosis.decision.posterior import (
     with_law,
 )
 from ehsid.harness.diagnosis.model.case import Case
-from ehsid.harness.diagnosis.search import seen_edges
-from ehsid.harness.diagnosis.search.candidates import FittedCandidate
-from ehsid.harness.diagnosis.search.families import (
+from ehsid.harness.diagnosis.search import maps
+from ehsid.harness.diagnosis.search.candidates import (
+    FittedCandidate,
     effect_families,
     friction_laws,
     law_count,
     repeats_a_law,
     spelled_out,
 )
-from ehsid.harness.diagnosis.search.seen_edges import edges_can_replace_force
+from ehsid.harness.diagnosis.search.maps import edges_can_replace_force
 
 POSITION_ONLY = type("PositionOnly", (MadeCase,), {"pressures": False})
 SETS = (
@@ -219,7 +219,7 @@ def test_a_load_force_that_edges_of_the_valve_can_replace_is_no_hypothesis(
     case = cast(Case, cast(Any, _WithForce()))
     forced = candidate("load_force", rms=1e-6, **{"load_force.force_n": 2000.0})
     deviations = np.full(forced.x.size, 10.0)
-    monkeypatch.setattr(seen_edges, "candidate_deviations", lambda *_: (deviations, 40))
+    monkeypatch.setattr(maps, "candidate_deviations", lambda *_: (deviations, 40))
     for in_deviations in (0.9, 1.1):
         for sign in (1.0, -1.0):
             forced.x[-1] = sign * in_deviations * FORCE_DEVIATIONS * 10.0

@@ -9,12 +9,10 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 from made_candidates import CASE, candidate, search_result
 
-from ehsid.harness.diagnosis.decision.caveats import caveats
-from ehsid.harness.diagnosis.decision.effect_selection import select_effects
-from ehsid.harness.diagnosis.decision.standing import standing
-from ehsid.harness.diagnosis.decision.words import chance
+from ehsid.harness.diagnosis.decision.effect_selection import chance, select_effects, standing
+from ehsid.harness.diagnosis.decision.results import caveats
 from ehsid.harness.diagnosis.schema import HowFar, Value
-from ehsid.harness.diagnosis.search.likelihood_gain import likelihood_gain
+from ehsid.harness.diagnosis.search.intervals import likelihood_gain
 
 SETS = (
     ("coulomb_friction",),

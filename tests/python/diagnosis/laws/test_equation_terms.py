@@ -14,13 +14,18 @@ from hypothesis import strategies as st
 from servo_records import OTHER, RIG, full, made
 
 from ehsid.harness.catalogue.parameters import effects
-from ehsid.harness.diagnosis.laws.equation_shares import LEAST_GAIN, equation_shares, shares_of
 from ehsid.harness.diagnosis.laws.equation_terms import SUBSYSTEM, EquationTerms, equation_terms
-from ehsid.harness.diagnosis.laws.unknown_inputs import followed, unknown_input
+from ehsid.harness.diagnosis.laws.fitting import (
+    LEAST_GAIN,
+    equation_shares,
+    followed,
+    shares_of,
+    unknown_input,
+)
 from ehsid.harness.diagnosis.model.case import Case, make_case
 from ehsid.harness.diagnosis.search.candidates import FittedCandidate, calibrate
 from ehsid.harness.records import Record
-from ehsid.harness.rigs.table_law import TableLaw
+from ehsid.harness.rigs.rig import TableLaw
 
 FORCE_N = 900.0
 HERTZ = 1.3

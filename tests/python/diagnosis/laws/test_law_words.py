@@ -9,8 +9,8 @@ import pytest
 from made_diagnoses import missing_law
 from msgspec.structs import replace
 
-from ehsid.harness.diagnosis.laws.words import describe, sentence
-from ehsid.harness.rigs.table_law import TableLaw
+from ehsid.harness.diagnosis.laws.forms import describe, sentence
+from ehsid.harness.rigs.rig import TableLaw
 
 X = np.linspace(-0.3, 0.4, 12)
 

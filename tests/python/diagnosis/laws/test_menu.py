@@ -14,7 +14,7 @@ from ehsid.harness.diagnosis.model.case import make_case
 from ehsid.harness.diagnosis.search.candidates import nominal_candidate
 from ehsid.harness.records import make_record
 from ehsid.harness.rigs import Rig
-from ehsid.harness.rigs.table_law import TableLaw
+from ehsid.harness.rigs.rig import TableLaw
 from ehsid.harness.signals.excitation import multisine
 from ehsid.harness.signals.simulation import simulate
 

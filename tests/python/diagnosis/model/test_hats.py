@@ -11,7 +11,7 @@ from servo_records import OTHER, RIG, made
 
 from ehsid.harness.diagnosis.model.case import make_case
 from ehsid.harness.diagnosis.model.comparison import compare
-from ehsid.harness.diagnosis.model.hats import SPACING_S, hats
+from ehsid.harness.diagnosis.model.fit import SPACING_S, hats
 from ehsid.harness.diagnosis.model.problem import Problem
 
 RECORD = made(OTHER, seed=1)

@@ -13,7 +13,7 @@ from scipy.special import kv
 
 from ehsid.harness.diagnosis import calibration_parameters
 from ehsid.harness.diagnosis.model.comparison import compare
-from ehsid.harness.diagnosis.model.law import LENGTH, NUGGET, Law, block_basis
+from ehsid.harness.diagnosis.model.parameters import LENGTH, NUGGET, Law, block_basis
 from ehsid.harness.diagnosis.model.problem import Problem
 
 KNOTS = np.linspace(-0.1, 0.3, 7)

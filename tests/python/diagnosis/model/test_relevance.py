@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.stats import multivariate_normal
 
-from ehsid.harness.diagnosis.model.relevance import Quadratic, relevance
+from ehsid.harness.diagnosis.model.separation import Quadratic, relevance
 
 ROWS = 120
 

@@ -13,8 +13,7 @@ from hypothesis import strategies as st
 from made_candidates import CASE, FLOOR, LIKELIHOOD, candidate
 
 from ehsid.harness.diagnosis.deciding import LAPSE
-from ehsid.harness.diagnosis.decision.evidence import DIVERGED, left
-from ehsid.harness.diagnosis.decision.posterior import posterior
+from ehsid.harness.diagnosis.decision.posterior import DIVERGED, left, posterior
 from ehsid.harness.diagnosis.model.case import make_case
 from ehsid.harness.diagnosis.model.spectrum import BANDS
 from ehsid.harness.diagnosis.search.candidates import nominal_candidate

@@ -10,7 +10,7 @@ from ehsid.harness.diagnosis.model.spectrum import BANDS
 from ehsid.harness.diagnosis.schema import SKIP_S, WINDOW_S
 from ehsid.harness.diagnosis.search.candidates import FittedCandidate
 from ehsid.harness.diagnosis.search.gap_reduction import WindowSums
-from ehsid.harness.diagnosis.search.likelihood_gain import above_floor, likelihood_gain
+from ehsid.harness.diagnosis.search.intervals import above_floor, likelihood_gain
 
 WINDOWS, LENGTH = 40, 250
 SCALES = np.array([5e-6, 1e4, 1e4])

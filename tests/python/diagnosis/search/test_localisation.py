@@ -19,7 +19,7 @@ from ehsid.harness.diagnosis.model.spectrum import BANDS
 from ehsid.harness.diagnosis.schema import SUBSYSTEMS, Equation
 from ehsid.harness.diagnosis.search.candidates import FittedCandidate
 from ehsid.harness.diagnosis.search.gap_reduction import WindowSums
-from ehsid.harness.diagnosis.search.localisation import localise
+from ehsid.harness.diagnosis.search.maps import localise
 
 MECHANICS = (
     Equation("force", "mechanics", 0.92, 200.0),

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from servo_records import DT_S, RIG, made
 
 from ehsid.harness.diagnosis.model.comparison import Compared, compare
-from ehsid.harness.diagnosis.search.conditions import after_turns, conditions
+from ehsid.harness.diagnosis.search.identifiability import after_turns, conditions
 from ehsid.harness.diagnosis.search.maps import maps
 from ehsid.harness.records import make_record
 

@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from ehsid.harness.diagnosis.model.case import Case, make_case
-from ehsid.harness.diagnosis.search.quantised import position_step
+from ehsid.harness.diagnosis.search.maps import position_step
 from ehsid.harness.records import Record, make_record
 
 FINE = made.record({}, 1)

@@ -13,9 +13,8 @@ import ehsid
 from ehsid.harness.base.parallel import workers
 from ehsid.harness.catalogue.parameters import effects as catalogue
 from ehsid.harness.diagnosis.decision.effect_selection import select_effects
-from ehsid.harness.diagnosis.model.case import Case
+from ehsid.harness.diagnosis.model.case import Case, effect_starts
 from ehsid.harness.diagnosis.model.fit import GAIN, TRIES
-from ehsid.harness.diagnosis.model.machine import effect_starts
 from ehsid.harness.diagnosis.model.parameters import effect_parameters
 from ehsid.harness.diagnosis.model.separation import contains
 from ehsid.harness.diagnosis.model.spectrum import BANDS
@@ -27,10 +26,10 @@ from ehsid.harness.diagnosis.search.candidates import (
     linearised_start,
     refine,
     screen,
+    spelled_out,
 )
-from ehsid.harness.diagnosis.search.families import spelled_out
 from ehsid.harness.diagnosis.search.gap_reduction import WindowSums
-from ehsid.harness.diagnosis.search.likelihood_gain import above_floor, likelihood_gain
+from ehsid.harness.diagnosis.search.intervals import above_floor, likelihood_gain
 from ehsid.harness.diagnosis.search.search import (
     AT_FLOOR,
     BEHIND_NATS,

@@ -11,8 +11,8 @@ from gap_rig import RIG
 
 import ehsid
 from ehsid.harness.catalogue.parameters import effects
-from ehsid.harness.diagnosis.model.machine import machine_scale
-from ehsid.harness.diagnosis.search.sizes import (
+from ehsid.harness.diagnosis.model.case import machine_scale
+from ehsid.harness.diagnosis.search.intervals import (
     MARGIN_STEP,
     margin,
     matters,

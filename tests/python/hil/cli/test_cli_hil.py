@@ -23,13 +23,12 @@ from typer.testing import CliRunner
 
 from ehsid.harness.cli import cli
 from ehsid.harness.records import read_record
-from ehsid.harness.rigs.published import published_rig
+from ehsid.harness.rigs.new import published_rig
 from ehsid.harness.signals.simulation import velocity_gain
-from ehsid.hil.faults import TO_HOST, TO_TARGET, Passing, undisturbed
+from ehsid.hil.faults import TO_HOST, TO_TARGET, Passing, Relay, relayed, undisturbed
 from ehsid.hil.frames import decode, encode
 from ehsid.hil.messages import Kind
-from ehsid.hil.relay import Relay, relayed
-from ehsid.lab.studies.published import DT_S
+from ehsid.lab.studies.rig_records import DT_S
 
 SHORT = ("--loop", "open", "--duration", "2", "--dt", "0.02", "--excitation", "prbs")
 SERVO = ("--port", "loop://", "--loop", "open", "--servo")

@@ -21,9 +21,8 @@ from ehsid.harness.base.parallel import workers
 from ehsid.harness.diagnosis.job import ERROR, Outcome, keep
 from ehsid.lab.blind.making import make_check
 from ehsid.lab.blind.running import read_case, run_check, unfinished_cases
-from ehsid.lab.blind.seal import read_seal, verify
-from ehsid.lab.blind.settings import GRADES, SEEDS, SENSORS, Settings
-from ehsid.lab.reality import structure
+from ehsid.lab.blind.seal import GRADES, SEEDS, SENSORS, Settings, read_seal, verify
+from ehsid.lab.reality import variants
 from ehsid.lab.reality.case import COLUMNS
 from ehsid.lab.reality.effects import CATALOGUE
 
@@ -56,7 +55,7 @@ def results(out: Path) -> dict[str, dict[str, object]]:
 
 
 def test_settings_have_the_grades_and_sensors_of_the_generator() -> None:
-    assert GRADES == structure.GRADES
+    assert GRADES == variants.GRADES
     assert tuple(COLUMNS) == SENSORS
 
 

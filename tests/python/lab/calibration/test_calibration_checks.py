@@ -14,14 +14,12 @@ from published_schemas import check_file
 
 from ehsid.harness.base.encoding import json_text
 from ehsid.harness.diagnosis.schema import Estimate
-from ehsid.lab.calibration.checking import Calibration, calibrate
+from ehsid.lab.calibration.checking import LEAST_MACHINES, Calibration, calibrate, left_out_families
 from ehsid.lab.calibration.choices import choices_of
 from ehsid.lab.calibration.fitting import NAMES
 from ehsid.lab.calibration.intervals import intervals
-from ehsid.lab.calibration.left_out import LEAST_MACHINES, left_out_families
-from ehsid.lab.calibration.machines import Machine, Promised, Size, WeighedSet
-from ehsid.lab.calibration.reading import Found
-from ehsid.lab.scoring.reading import SENSORS
+from ehsid.lab.calibration.machines import Found, Machine, Promised, Size, WeighedSet
+from ehsid.lab.scoring.judging import SENSORS
 
 NOTHING = (WeighedSet((), 1.0, 0.0),)
 

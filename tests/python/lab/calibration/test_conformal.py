@@ -14,7 +14,8 @@ from made_machines import TRUE, drawn_machines, machine
 from scipy import stats
 
 from ehsid.lab.calibration.choices import choices_of
-from ehsid.lab.calibration.conformal import (
+from ehsid.lab.calibration.fitting import folds, ranked
+from ehsid.lab.calibration.intervals import (
     LEVELS,
     classes_of_sensors,
     holds,
@@ -22,9 +23,7 @@ from ehsid.lab.calibration.conformal import (
     split_sets,
     threshold_of,
 )
-from ehsid.lab.calibration.fitting import folds
-from ehsid.lab.calibration.ranking import ranked
-from ehsid.lab.scoring.reading import SENSORS
+from ehsid.lab.scoring.judging import SENSORS
 
 
 @given(

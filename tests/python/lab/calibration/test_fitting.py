@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from made_machines import TRUE, drawn_machines, unanswered
 from scipy import stats
 
-from ehsid.harness.diagnosis.decision.constants import IN_USE
+from ehsid.harness.diagnosis.decision.posterior import IN_USE
 from ehsid.lab.calibration.choices import best_sets, choices_of, log_loss, probabilities, scores
 from ehsid.lab.calibration.fitting import (
     NAMES,
@@ -25,7 +25,7 @@ from ehsid.lab.calibration.fitting import (
     scales,
 )
 from ehsid.lab.calibration.machines import WeighedSet
-from ehsid.lab.scoring.reading import SENSORS
+from ehsid.lab.scoring.judging import SENSORS
 
 # A right program fails these tests with one of a thousand seeds; the ten constants share that.
 RISK = 1e-3 / len(NAMES)

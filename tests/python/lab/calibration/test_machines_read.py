@@ -15,12 +15,10 @@ from hypothesis import strategies as st
 from made_checks import diagnosis, made_answers, write_check
 from made_machines import EFFECTS, drawn_machines, machine
 
-from ehsid.lab.blind.answers import Answer
-from ehsid.lab.blind.seal import write_seal
-from ehsid.lab.blind.settings import Settings
-from ehsid.lab.calibration.features import read_features, write_features
-from ehsid.lab.calibration.machines import Machine
-from ehsid.lab.calibration.reading import distinct, read_case, read_checks
+from ehsid.lab.blind.making import Answer
+from ehsid.lab.blind.seal import Settings, write_seal
+from ehsid.lab.calibration.fitting import read_features, write_features
+from ehsid.lab.calibration.machines import Machine, distinct, read_case, read_checks
 
 pytestmark = pytest.mark.usefixtures("one_process")
 DELAY = {"delay_s": 5e-3}

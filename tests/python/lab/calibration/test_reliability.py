@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from made_machines import machine
 
-from ehsid.lab.calibration.ranking import ranked
+from ehsid.lab.calibration.fitting import ranked
 from ehsid.lab.calibration.reliability import (
     TARGET,
     Claims,

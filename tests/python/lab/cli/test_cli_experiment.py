@@ -12,7 +12,7 @@ from typer.testing import CliRunner
 from ehsid.harness.cli import cli
 from ehsid.harness.records import write_record
 from ehsid.harness.rigs import write_rig
-from ehsid.harness.rigs.published import published_rig
+from ehsid.harness.rigs.new import published_rig
 from ehsid.lab.studies.rig_records import rig_record
 
 CRANE = ROOT / "examples" / "data" / "hydraulic_crane.csv"

@@ -15,9 +15,8 @@ from published_schemas import check_file
 from typer.testing import CliRunner
 
 from ehsid.harness.cli import cli
-from ehsid.lab.blind.seal import write_seal
-from ehsid.lab.blind.settings import Settings
-from ehsid.lab.calibration.features import write_features
+from ehsid.lab.blind.seal import Settings, write_seal
+from ehsid.lab.calibration.fitting import write_features
 
 pytestmark = pytest.mark.usefixtures("blank_pictures")
 

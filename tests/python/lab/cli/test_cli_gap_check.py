@@ -112,7 +112,7 @@ def test_other_settings_on_the_same_folder_are_refused(
 def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
     from ehsid.harness.base.parallel import workers
     from ehsid.lab.blind.making import make_check
-    from ehsid.lab.blind.settings import Settings
+    from ehsid.lab.blind.seal import Settings
 
     out = tmp_path_factory.mktemp("made") / "check"
     with workers(1):

@@ -10,9 +10,10 @@ from made_machines import drawn_machines
 
 from ehsid.harness.show.page import Table
 from ehsid.lab.calibration.checking import Calibration, calibrate
-from ehsid.lab.calibration.reading import Found
-from ehsid.lab.pages.calibration_page import calibration_lead, calibration_page
-from ehsid.lab.pages.calibration_tables import (
+from ehsid.lab.calibration.machines import Found
+from ehsid.lab.pages.calibration_page import (
+    calibration_lead,
+    calibration_page,
     constants_table,
     families_table,
     intervals_table,

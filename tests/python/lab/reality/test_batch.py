@@ -13,7 +13,7 @@ from ehsid.lab.reality import case as cases
 from ehsid.lab.reality import make_case
 from ehsid.lab.reality.batch import draw_sampling_time, draw_seconds, write_cases, write_drawn_case
 from ehsid.lab.reality.excitation import EXCITATION_SETS, EXCITATIONS
-from ehsid.lab.reality.structure import GRADES
+from ehsid.lab.reality.variants import GRADES
 
 pytestmark = pytest.mark.usefixtures("one_process")
 

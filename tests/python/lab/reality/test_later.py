@@ -12,11 +12,9 @@ from reality_runs import own_run
 
 from ehsid.lab.reality import machine as equations
 from ehsid.lab.reality.case import RealityCase, make_case, start_state
-from ehsid.lab.reality.effects import CATALOGUE
-from ehsid.lab.reality.later import LATER
-from ehsid.lab.reality.outside import OUTSIDE
+from ehsid.lab.reality.effects import CATALOGUE, LATER
 from ehsid.lab.reality.truth import Truth
-from ehsid.lab.reality.unnamed import UNNAMED
+from ehsid.lab.reality.unnamed import OUTSIDE, UNNAMED
 
 FloatArray = npt.NDArray[np.float64]
 

@@ -15,11 +15,9 @@ from scipy.optimize import brentq
 from ehsid.lab.reality import machine as equations
 from ehsid.lab.reality.case import make_case, start_state
 from ehsid.lab.reality.effects import CATALOGUE
-from ehsid.lab.reality.outside import OUTSIDE
-from ehsid.lab.reality.structure import balance
 from ehsid.lab.reality.truth import Truth
-from ehsid.lab.reality.unnamed import UNNAMED
-from ehsid.lab.reality.variants import Variants, with_variants
+from ehsid.lab.reality.unnamed import OUTSIDE, UNNAMED
+from ehsid.lab.reality.variants import Variants, balance, with_variants
 
 FloatArray = npt.NDArray[np.float64]
 

@@ -12,8 +12,8 @@ from scipy.optimize import brentq
 
 from ehsid.lab.reality import machine as equations
 from ehsid.lab.reality.case import make_case, start_state
-from ehsid.lab.reality.structure import with_friction
 from ehsid.lab.reality.truth import Truth
+from ehsid.lab.reality.variants import with_friction
 
 FloatArray = npt.NDArray[np.float64]
 ATMOSPHERE_PA = 101325.0

@@ -23,11 +23,10 @@ from ehsid.lab.reality import make_case, write_case
 from ehsid.lab.reality.__main__ import app
 from ehsid.lab.reality.batch import draw_kind, write_cases
 from ehsid.lab.reality.case import COLUMNS, KINDS, start_state
-from ehsid.lab.reality.effects import CATALOGUE, EXCLUSIVE_PAIRS
-from ehsid.lab.reality.later import LATER
+from ehsid.lab.reality.effects import CATALOGUE, EXCLUSIVE_PAIRS, LATER
 from ehsid.lab.reality.nominal_rig import UNCERTAINTY
-from ehsid.lab.reality.outside import OUTSIDE
-from ehsid.lab.reality.structure import GRADES
+from ehsid.lab.reality.unnamed import OUTSIDE
+from ehsid.lab.reality.variants import GRADES
 
 pytestmark = pytest.mark.usefixtures("one_process")
 

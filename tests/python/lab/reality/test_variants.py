@@ -14,9 +14,8 @@ from scipy.integrate import quad, solve_ivp
 
 from ehsid.lab.reality import machine as equations
 from ehsid.lab.reality.case import make_case, start_state
-from ehsid.lab.reality.structure import with_friction
 from ehsid.lab.reality.truth import Truth
-from ehsid.lab.reality.variants import Variants, draw_variants, with_variants
+from ehsid.lab.reality.variants import Variants, draw_variants, with_friction, with_variants
 
 FloatArray = npt.NDArray[np.float64]
 FORCE_N, BRISTLE_M = 700.0, 2e-5

@@ -11,26 +11,23 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from ehsid.harness.rigs import parse_rig
-from ehsid.lab.blind.answers import read_answers
-from ehsid.lab.blind.making import make_check
-from ehsid.lab.blind.seal import ANSWERS
-from ehsid.lab.blind.settings import Settings
+from ehsid.lab.blind.making import make_check, read_answers
+from ehsid.lab.blind.seal import ANSWERS, Settings
 from ehsid.lab.reality import make_case
 from ehsid.lab.reality.batch import draw_sampling_time
 from ehsid.lab.reality.excitation import (
     EXCITATION_SETS,
     EXCITATIONS,
+    MOVEMENTS,
     TRAVEL,
     draw_excitations,
+    draw_movement,
     draw_task,
     weak_loop,
 )
-from ehsid.lab.reality.movements import MOVEMENTS, draw_movement
 from ehsid.lab.reality.noise import draw_logger
-from ehsid.lab.reality.nominal_rig import LAG
-from ehsid.lab.reality.structure import draw_structure
-from ehsid.lab.reality.variants import draw_variants
-from ehsid.lab.reality.wide_rig import draw_wide_rig
+from ehsid.lab.reality.nominal_rig import LAG, draw_wide_rig
+from ehsid.lab.reality.variants import draw_structure, draw_variants
 
 pytestmark = pytest.mark.usefixtures("one_process")
 

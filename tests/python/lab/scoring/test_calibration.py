@@ -10,8 +10,8 @@ from hypothesis import strategies as st
 from made_checks import diagnosis, made_answers, write_check
 
 from ehsid.harness.diagnosis.schema import Estimate
-from ehsid.lab.blind.answers import Answer
-from ehsid.lab.scoring.calibration import (
+from ehsid.lab.blind.making import Answer
+from ehsid.lab.scoring.figures import (
     EDGES,
     Claim,
     claims_of,
@@ -20,8 +20,7 @@ from ehsid.lab.scoring.calibration import (
     rig_errors,
     risk_curve,
 )
-from ehsid.lab.scoring.judging import ScoredCase, judge
-from ehsid.lab.scoring.reading import Findings, NamedEffect
+from ehsid.lab.scoring.judging import Findings, NamedEffect, ScoredCase, judge
 from ehsid.lab.scoring.score import score_folder
 
 pytestmark = pytest.mark.usefixtures("one_process")

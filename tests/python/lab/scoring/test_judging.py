@@ -9,10 +9,17 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from ehsid.harness.catalogue.parameters import effects
-from ehsid.harness.diagnosis.search.families import spelled_out
-from ehsid.lab.blind.answers import Answer
-from ehsid.lab.scoring.judging import NEAR, is_exactly, is_true, judge
-from ehsid.lab.scoring.reading import FAILED, Findings, NamedEffect
+from ehsid.harness.diagnosis.search.candidates import spelled_out
+from ehsid.lab.blind.making import Answer
+from ehsid.lab.scoring.judging import (
+    FAILED,
+    NEAR,
+    Findings,
+    NamedEffect,
+    is_exactly,
+    is_true,
+    judge,
+)
 
 BAND, BIAS, DELAY = "valve_dead_band", "valve_null_bias", "transport_delay"
 COULOMB, STRIBECK = "coulomb_friction", "stribeck_friction"

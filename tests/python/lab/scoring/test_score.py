@@ -10,11 +10,10 @@ import pytest
 from made_checks import at_random, diagnosis, fair, made_answers, perfect, write_check
 from scipy import stats
 
-from ehsid.lab.blind.settings import Settings
+from ehsid.lab.blind.seal import Settings
 from ehsid.lab.reality.effects import CATALOGUE
 from ehsid.lab.scoring.baselines import control
-from ehsid.lab.scoring.judging import judge
-from ehsid.lab.scoring.reading import Findings, NamedEffect
+from ehsid.lab.scoring.judging import Findings, NamedEffect, judge
 from ehsid.lab.scoring.score import Score, score_folder
 
 pytestmark = pytest.mark.usefixtures("one_process")

@@ -14,9 +14,9 @@ from ehsid.harness.diagnosis.search.candidates import DECISION_SUBSTEPS
 from ehsid.harness.records import write_record
 from ehsid.harness.rigs import Rig, write_rig
 from ehsid.harness.signals.simulation.windows import simulate_windows
-from ehsid.lab.scoring.reading import Findings, NamedEffect
+from ehsid.lab.scoring.baselines import independent_samples, promises, realised, without
+from ehsid.lab.scoring.judging import Findings, NamedEffect
 from ehsid.lab.scoring.score import score_folder
-from ehsid.lab.scoring.transfer import independent_samples, promises, realised, without
 
 pytestmark = pytest.mark.usefixtures("one_process")
 

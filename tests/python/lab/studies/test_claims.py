@@ -6,8 +6,11 @@ import ehsid
 from ehsid.lab.studies.claims import (
     ORDERS,
     SAMPLES,
+    Comparison,
     Condition,
+    Finding,
     Input,
+    Interval,
     Judged,
     excite,
     judge,
@@ -18,15 +21,14 @@ from ehsid.lab.studies.claims import (
 from ehsid.lab.studies.comparison import (
     PLAIN,
     Contender,
+    KnownPlant,
     Setting,
     joined,
     known_records,
     run_contender,
 )
-from ehsid.lab.studies.evidence import Comparison, Finding, Interval
 from ehsid.lab.studies.experiment import published_error_of_one, start_of_one
-from ehsid.lab.studies.known_plant import KnownPlant
-from ehsid.lab.studies.published import MODEL_16
+from ehsid.lab.studies.rig_records import MODEL_16
 from ehsid.lab.studies.verdicts import Verdict, verdicts
 
 PLANT = KnownPlant.of(ORDERS, MODEL_16)

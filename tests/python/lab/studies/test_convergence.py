@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import ehsid
-from ehsid.lab.studies.convergence import B, compare_starts
+from ehsid.lab.studies.verdicts import B, compare_starts
 
 SEEDS = range(200)
 # Quiet, and that of the published fit: its loss, 0.0228, is the variance.

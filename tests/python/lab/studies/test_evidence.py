@@ -5,7 +5,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.stats import quantile_test
 
-from ehsid.lab.studies.evidence import Finding, claim_lower, median_interval
+from ehsid.lab.studies.claims import Finding, claim_lower, median_interval
 
 
 @given(n=st.integers(1, 120), seed=st.integers(0, 10_000))

@@ -7,7 +7,7 @@ from scipy.signal import lfilter
 
 import ehsid
 from ehsid.harness.models.identification import ArxOrders
-from ehsid.harness.rigs.published import published_rig
+from ehsid.harness.rigs.new import published_rig
 from ehsid.lab.studies.comparison import PLAIN, Contender, Setting
 from ehsid.lab.studies.reading import SIGMAS, Reading, oil_spring, read_over_time, read_rig_values
 

@@ -4,12 +4,10 @@ import pytest
 
 from ehsid.harness.models.identification import ArxOrders, IoData, fit_arx, fit_percent
 from ehsid.harness.models.identification import simulate as simulate_model
-from ehsid.harness.rigs.published import published_rig
+from ehsid.harness.rigs.new import published_rig
 from ehsid.harness.signals.simulation import simulate
 from ehsid.lab.studies.claims import Input, excite
-from ehsid.lab.studies.comparison import PLAIN, Contender, known_records
-from ehsid.lab.studies.known_plant import KnownPlant
-from ehsid.lab.studies.published import DT_S, DURATION_S, MODEL_16
+from ehsid.lab.studies.comparison import PLAIN, Contender, KnownPlant, known_records
 from ehsid.lab.studies.reading import read_over_time, read_rig_values
 from ehsid.lab.studies.recursive import (
     CONTENDERS,
@@ -18,7 +16,7 @@ from ehsid.lab.studies.recursive import (
     on_rig,
     setting_of,
 )
-from ehsid.lab.studies.rig_records import changed_record, rig_record
+from ehsid.lab.studies.rig_records import DT_S, DURATION_S, MODEL_16, changed_record, rig_record
 
 pytestmark = pytest.mark.usefixtures("one_process")
 

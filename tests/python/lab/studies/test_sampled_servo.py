@@ -6,9 +6,9 @@ import scipy.signal
 import ehsid
 from ehsid.harness.show.page import Table
 from ehsid.lab.studies.experiment import ServoReading
+from ehsid.lab.studies.linearisation import sample_again
 from ehsid.lab.studies.pages.recursive_sections import reading_section
 from ehsid.lab.studies.reading import Reading
-from ehsid.lab.studies.sampled_servo import sample_again
 
 DT_S = 0.05
 VALUE = np.array([[np.nan] * 3, [0.02, 13.0, 0.4], [np.nan] * 3])

@@ -11,14 +11,16 @@ import pytest
 import ehsid
 from ehsid.harness.catalogue.policies import METHODS
 from ehsid.harness.models.estimation import Estimate
-from ehsid.harness.models.estimation.advice import Advice, Setting, Trial
-from ehsid.harness.models.estimation.servo import ServoPath, ServoValue
-from ehsid.harness.models.estimation.words import (
+from ehsid.harness.models.estimation.advice import (
+    Advice,
+    Setting,
+    Trial,
     advice_words,
     not_white_words,
     servo_words,
     state_words,
 )
+from ehsid.harness.models.estimation.servo import ServoPath, ServoValue
 from ehsid.harness.models.identification import ArxOrders
 
 ESTIMATE = Estimate(

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import ehsid
-from ehsid.harness.base.arrays import FloatArray
+from ehsid.harness.base.numbers import FloatArray
 from ehsid.harness.models.estimation.servo import ServoValue
 
 GAIN, OMEGA_N, XI, DT_S, COUNT = 0.03, 40.0, 0.4, 0.01, 4000

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from statsmodels.tools.eval_measures import aic_sigma, bic_sigma
 
 from ehsid.harness.models.identification import aic, criteria, fit_percent, fpe, loss, mdl
-from ehsid.harness.models.identification.criteria import simulation_cell, simulation_words
+from ehsid.harness.models.identification.candidates import simulation_cell, simulation_words
 
 
 @pytest.mark.parametrize(

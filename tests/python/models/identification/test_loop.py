@@ -10,8 +10,7 @@ import scipy.optimize
 from identification_truth import A16, B16
 
 from ehsid.harness.models.identification import ArxOrders
-from ehsid.harness.models.identification.loop import LoopAnalysis, analyse_loop
-from ehsid.harness.models.identification.systems import arx_system
+from ehsid.harness.models.identification.loop import LoopAnalysis, analyse_loop, arx_system
 
 Array = npt.NDArray[np.float64]
 DT_S = 0.05

@@ -13,7 +13,7 @@ from sources import ROOT
 
 from ehsid.harness.models.identification import ArxOrders, IoData, fit_arx, identify
 from ehsid.harness.models.identification.arx import ArxModel
-from ehsid.harness.models.identification.systems import to_control
+from ehsid.harness.models.identification.loop import to_control
 from ehsid.harness.records import read_record
 
 PRESS = ROOT / "examples" / "data" / "mts_press.csv.gz"

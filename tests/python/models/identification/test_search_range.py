@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import pytest
 
-from ehsid.harness.models.identification.search_range import parse_range
+from ehsid.harness.models.identification.selection import parse_range
 
 
 def test_a_range_has_its_upper_end() -> None:

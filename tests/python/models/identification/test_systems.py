@@ -13,7 +13,7 @@ from identification_truth import A16, B16, model16
 
 import ehsid
 from ehsid.harness.models.identification import ArxOrders, IdentificationError, IoData, fit_arx
-from ehsid.harness.models.identification.systems import arx_system, servo_system, to_control
+from ehsid.harness.models.identification.loop import arx_system, servo_system, to_control
 
 DT_S = 0.05
 

@@ -17,8 +17,8 @@ from hypothesis import strategies as st
 from log_files import WRITERS
 
 from ehsid.harness.records import RecordError, read_record
+from ehsid.harness.records.errors import bounded_memory
 from ehsid.harness.records.formats import ENDINGS, KINDS
-from ehsid.harness.records.limits import bounded_memory
 from ehsid.harness.records.writing import FORMATS
 
 BOTH = ("command_v", "position_m")

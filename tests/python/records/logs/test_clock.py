@@ -12,7 +12,7 @@ import polars as pl
 import pytest
 
 from ehsid.harness.records import ColumnMap, Hints, Record, RecordError, read_record
-from ehsid.harness.records.origin import Taken
+from ehsid.harness.records.record import Taken
 
 N, DT_S = 300, 0.004
 START = datetime.datetime(2024, 12, 31, 23, 59, 59, 400_000)

@@ -14,7 +14,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from sources import ROOT
 
-from ehsid.harness.base.arrays import FloatArray
+from ehsid.harness.base.numbers import FloatArray
 from ehsid.harness.records import RecordError, read_record, write_record
 from ehsid.harness.records.logs.dialect import sniff
 

@@ -11,7 +11,7 @@ from scipy.signal import lsim
 from sources import ROOT
 
 from ehsid.harness.rigs import read_rig
-from ehsid.harness.signals.injection.position import behind_bias, behind_sensor
+from ehsid.harness.signals.injection.effects import behind_bias, behind_sensor
 from ehsid.harness.signals.simulation import simulate
 
 FloatArray = npt.NDArray[np.float64]

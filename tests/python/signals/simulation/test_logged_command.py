@@ -4,7 +4,7 @@ import pytest
 from gap_rig import RIG
 
 from ehsid.harness.records import make_record
-from ehsid.harness.signals.simulation.logged_command import logged_command
+from ehsid.harness.signals.simulation.run import logged_command
 
 TIME = np.arange(100) * 1e-3
 VOLTS = np.sin(TIME * 20.0)

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from ehsid.harness.api.estimate import estimate as estimate
     from ehsid.harness.api.identify import Identification as Identification
     from ehsid.harness.api.identify import identify as identify
-    from ehsid.harness.api.read import read as read
+    from ehsid.harness.api.record import read as read
     from ehsid.harness.api.record import Record as Record
     from ehsid.harness.api.rig import Rig as Rig
     from ehsid.harness.api.simulate import Simulation as Simulation

@@ -3,8 +3,8 @@ import numpy as np
 from made_claims import made_claims
 from matplotlib.colors import to_hex
 
-from ehsid.lab.studies.evidence import Finding
-from ehsid.lab.studies.pages.claims_map import COLOURS, claims_map, claims_picture
+from ehsid.lab.studies.claims import Finding
+from ehsid.lab.studies.pages.claims_sections import COLOURS, claims_map, claims_picture
 from ehsid.lab.studies.verdicts import CLAIMS
 
 

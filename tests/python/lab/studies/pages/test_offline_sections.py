@@ -12,14 +12,13 @@ from identification_truth import A16, B16, arx_output, model16
 
 from ehsid.harness.models.identification import FrequencyResponse, IoData, Preprocessing
 from ehsid.harness.show.loop_blocks import limit_words, loop_blocks
-from ehsid.harness.show.model_curves import bode
-from ehsid.harness.show.model_figures import bode_figure
+from ehsid.harness.show.model_figures import bode, bode_figure
 from ehsid.harness.show.page import Page, Picture, Section, Table
 from ehsid.harness.show.rendering import render_page
-from ehsid.lab.studies.pages.offline_figures import outputs_figure, poles_zeros_figure
+from ehsid.lab.studies.pages.offline_model_blocks import outputs_figure, poles_zeros_figure
 from ehsid.lab.studies.pages.offline_sections import offline_sections
 from ehsid.lab.studies.procedure import Procedure, run_procedure
-from ehsid.lab.studies.published import ORDERS
+from ehsid.lab.studies.rig_records import ORDERS
 
 DT_S = 0.05
 

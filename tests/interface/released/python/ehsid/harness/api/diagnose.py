@@ -6,11 +6,11 @@ from contextlib import nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING
 from ehsid.harness import gap, records
-from ehsid.harness.api.progress import progress_of
-from ehsid.harness.api.read import Source, record_of
+from ehsid.harness.api.wording import progress_of
+from ehsid.harness.api.record import Source, record_of
 from ehsid.harness.api.record import Record
 from ehsid.harness.api.rig import Rig, RigSource, rig_of
-from ehsid.harness.api.shown import Shown
+from ehsid.harness.api.tables import Shown
 from ehsid.harness.api.wording import in_python, log_reading
 from ehsid.harness.catalogue.channels import CHANNELS, POSITION, REQUIRED_COLUMNS
 from ehsid.harness.catalogue.parameters import effects

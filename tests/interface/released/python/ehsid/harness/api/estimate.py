@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, Any
 import numpy.typing as npt
 import ehsid
 from ehsid.harness import estimation
-from ehsid.harness.api.frames import Tabular, time_column
-from ehsid.harness.api.read import Source
-from ehsid.harness.api.shown import Shown
-from ehsid.harness.api.signals import Arrays, Signals, about, signals_of
+from ehsid.harness.api.tables import Tabular, time_column
+from ehsid.harness.api.record import Source
+from ehsid.harness.api.tables import Shown
+from ehsid.harness.api.simulate import Arrays, Signals, about, signals_of
 from ehsid.harness.api.wording import in_python
 from ehsid.harness.catalogue.policies import POLICIES
 from ehsid.harness.encoding import to_plain

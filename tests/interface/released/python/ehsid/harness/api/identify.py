@@ -6,10 +6,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 import numpy.typing as npt
 from ehsid.harness import identification
-from ehsid.harness.api.frames import Tabular, time_column
-from ehsid.harness.api.read import Source
-from ehsid.harness.api.shown import Shown
-from ehsid.harness.api.signals import Arrays, Signals, about, signals_of
+from ehsid.harness.api.tables import Tabular, time_column
+from ehsid.harness.api.record import Source
+from ehsid.harness.api.tables import Shown
+from ehsid.harness.api.simulate import Arrays, Signals, about, signals_of
 from ehsid.harness.api.wording import in_python
 from ehsid.harness.files import result_folder
 from ehsid.harness.identification import IdentificationResult

@@ -4,12 +4,12 @@ import os
 from collections.abc import Mapping
 from dataclasses import replace
 from ehsid.harness import records
-from ehsid.harness.api.frames import Columns, columns_of
+from ehsid.harness.api.tables import Columns, columns_of
 from ehsid.harness.api.record import Record
 from ehsid.harness.api.wording import in_python, log_reading
 from ehsid.harness.catalogue.channels import TIME
 from ehsid.harness.records import NO_HINTS, Hints, read_record
-from ehsid.harness.records.in_memory import record_of_columns
+from ehsid.harness.records.formats import record_of_columns
 from ehsid.harness.records.logs.mapping import parse_maps
 Source = str | os.PathLike[str] | Columns | Record | records.Record
 

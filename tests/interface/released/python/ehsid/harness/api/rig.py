@@ -5,12 +5,12 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Literal
 from ehsid.harness import rigs
-from ehsid.harness.api.shown import Shown
+from ehsid.harness.api.tables import Shown
 from ehsid.harness.api.wording import in_python
 from ehsid.harness.files import result_files, write_text
 from ehsid.harness.report.text_table import TextTable
 from ehsid.harness.rigs import parse_rig, read_rig, rig_text
-from ehsid.harness.rigs.answers import answered, rig_file_text
+from ehsid.harness.rigs.questions import answered, rig_file_text
 from ehsid.harness.rigs.checks import unknown
 from ehsid.harness.rigs.new import shown
 from ehsid.harness.rigs.questions import QUESTIONS

@@ -6,7 +6,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 import numpy.typing as npt
-from ehsid.harness.api.read import Source, record_of
+from ehsid.harness.api.record import Source, record_of
 from ehsid.harness.api.wording import log_reading
 from ehsid.harness.catalogue.channels import CHANNELS, TIME
 from ehsid.harness.identification import IoData

@@ -7,11 +7,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 from ehsid.harness import records, simulation
-from ehsid.harness.api.frames import Tabular
-from ehsid.harness.api.read import record_of
+from ehsid.harness.api.tables import Tabular
+from ehsid.harness.api.record import record_of
 from ehsid.harness.api.record import Record
 from ehsid.harness.api.rig import Rig, RigSource, rig_of
-from ehsid.harness.api.shown import Shown
+from ehsid.harness.api.tables import Shown
 from ehsid.harness.api.wording import in_python, log_reading
 from ehsid.harness.arrays import FloatArray
 from ehsid.harness.catalogue.channels import COMMAND, REQUIRED_COLUMNS

@@ -1,15 +1,25 @@
 # SPDX-License-Identifier: MIT
-"""Draws what a record shows over what the rig says, and measured beside expected speeds."""
+"""Draws what a record shows over what the rig says, and measured beside expected speeds.
+
+The table of a check of a rig against records, and its files.
+"""
 
 from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import FixedLocator, FuncFormatter, NullLocator
 
-from ..base.text import printable
-from ..fitness import RecordCheck, Status
+from ..base.encoding import json_text
+from ..base.error_words import printable
+from ..base.files import write_text
+from ..fitness import Finding, RecordCheck, Status, rig_check_file
+from ..rigs import Rig
+from .page import Table, Tagged
 from .plotting import BLUE, GREY, INK, PALE, VERMILION, kept_samples, styled
 
 COLOURS = {Status.fits: BLUE, Status.does_not_fit: VERMILION, Status.cannot_be_told: GREY}
@@ -82,3 +92,33 @@ def _speeds(axes: Axes, check: RecordCheck) -> None:
     axes.set_ylim(-reach, reach)
     axes.set_xlabel("time in s")
     axes.set_ylabel("speed in mm/s")
+
+
+KINDS = {"fits": "good", "does not fit": "bad", "cannot be told": "soft"}
+
+
+def check_table(findings: Sequence[Finding]) -> Table:
+    """Returns the outcome of each check, and the reason."""
+    rows = [
+        (one.check, Tagged(str(one.status), kind=KINDS[one.status]), one.text) for one in findings
+    ]
+    return Table("", ("check", "outcome", "why"), rows)
+
+
+def pictures_of(records: int) -> list[str]:
+    """Returns the names of the pictures for a number of records."""
+    return [f"rig_check_{i + 1}.png" for i in range(records)]
+
+
+def files_of(records: int) -> list[str]:
+    """Returns the names of all files for a number of records."""
+    return ["rig_check.json", *pictures_of(records)]
+
+
+def write_rig_check(folder: Path, rig: Rig, checks: Sequence[RecordCheck]) -> None:
+    """Writes rig_check.json and a picture of each record into a folder that exists."""
+    # matplotlib takes a second to import, and the names of the files are needed without pictures.
+
+    write_text(folder / "rig_check.json", json_text(rig_check_file(rig.name, checks)))
+    for name, check in zip(pictures_of(len(checks)), checks, strict=True):
+        rig_check_figure(check).savefig(folder / name, dpi=120, format="png")
