@@ -66,31 +66,22 @@ KEEP_EVERY = 10  # cases between two notes of the times: a kill loses less than 
 
 @dataclass(frozen=True)
 class Session:
-    """A part of a run of a fleet, from the first look at the folder to its last result.
-
-    Attributes
-    ----------
-    cases, failed
-        machines that were finished, and those of them without a diagnosis.
-    seconds
-        duration, s.
-    at_work_s
-        time in which the workers had a case, s.
-    client_s, scheduler_s, worker_s
-        CPU time of this process, of the scheduler, and of all workers, s.
-    scheduler_mb, worker_mb
-        largest memory of the scheduler and of a worker, MB.
-    """
+    """A part of a run of a fleet, from the first look at the folder to its last result."""
 
     cases: int
     failed: int
+    """Machines that were finished, and those of them without a diagnosis."""
     seconds: float
+    """Duration, s."""
     at_work_s: float
+    """Time in which the workers had a case, s."""
     client_s: float
     scheduler_s: float
     worker_s: float
+    """CPU time of this process, of the scheduler, and of all workers, s."""
     scheduler_mb: float
     worker_mb: float
+    """Largest memory of the scheduler and of a worker, MB."""
 
 
 @dataclass(frozen=True)

@@ -16,22 +16,16 @@ from ehsid.harness.base.numbers import FloatArray
 
 @dataclass(frozen=True, eq=False)
 class Found:
-    """Parameters that a recursion found on a series, and what it minimised.
-
-    Attributes
-    ----------
-    theta
-        shape (n,); NaN where a parameter is no number.
-    factor, variance0, kept
-        as in `data.batch`.
-    """
+    """Parameters that a recursion found on a series, and what it minimised."""
 
     name: Name
     series: Series
     theta: FloatArray
+    """Shape (n,); NaN where a parameter is no number."""
     factor: float
     variance0: float
     kept: bool = False
+    """As in `data.batch`."""
 
 
 def has_own_weighting(name: Name) -> bool:

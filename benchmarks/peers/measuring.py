@@ -27,38 +27,26 @@ Say = Callable[[str], None]
 
 @dataclass(frozen=True)
 class Plan:
-    """How much is measured.
-
-    Attributes
-    ----------
-    sizes
-        numbers of parameters.
-    levels
-        optimisation levels of the compiler; all sizes at the first one, SHOWN_N at the others.
-    passes, samples
-        passes of the recursions in C++, and samples of each.
-    python_passes
-        the same for those that are called from Python.
-    checked
-        samples behind which the answers are compared.
-    accurate
-        samples of the runs in float.
-    held, python_held
-        samples for which the input is held, in C++ and in Python.
-    seeds
-        runs with a held input.
-    """
+    """How much is measured."""
 
     sizes: Sequence[int] = tuple(range(2, 13))
+    """Numbers of parameters."""
     levels: Sequence[str] = ("2", "3")
+    """Optimisation levels of the compiler; all sizes at the first one, SHOWN_N at the others."""
     passes: int = 100
     samples: int = 1000
+    """Passes of the recursions in C++, and samples of each."""
     python_passes: int = 3
+    """The same for those that are called from Python."""
     checked: int = 2000
+    """Samples behind which the answers are compared."""
     accurate: int = 100_000
+    """Samples of the runs in float."""
     held: int = 1_000_000
     python_held: int = 100_000
+    """Samples for which the input is held, in C++ and in Python."""
     seeds: int = 3
+    """Runs with a held input."""
 
     def sizes_at(self, level: str) -> Sequence[int]:
         """Numbers of parameters that are timed at a level."""

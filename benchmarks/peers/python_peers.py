@@ -36,34 +36,24 @@ Run = Callable[[Series, float, float], FloatArray]
 
 @dataclass(frozen=True)
 class PythonPeer:
-    """One row of the comparison.
-
-    Attributes
-    ----------
-    name
-        as the tables show it.
-    package
-        distribution that it needs, or "" for none beyond our own.
-    start, run
-        one of them is given: a recursion that takes single samples, or one that takes all at once.
-    ours
-        whether it is our own.
-    forgets
-        whether it has a forgetting factor; otherwise it is compared with the factor one.
-    variance0
-        its own P0, or None if it takes one.
-    note
-        what a reader must know about the way it is used.
-    """
+    """One row of the comparison."""
 
     name: str
+    """As the tables show it."""
     package: str = ""
+    """Distribution that it needs, or "" for none beyond our own."""
     start: Start | None = None
     run: Run | None = None
+    """One of them is given: a recursion that takes single samples, or one that takes all at once.
+    """
     ours: bool = False
+    """Whether it is our own."""
     forgets: bool = True
+    """Whether it has a forgetting factor; otherwise it is compared with the factor one."""
     variance0: float | None = None
+    """Its own P0, or None if it takes one."""
     note: str = ""
+    """What a reader must know about the way it is used."""
 
     @property
     def missing(self) -> str:

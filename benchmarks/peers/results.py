@@ -28,25 +28,17 @@ class Name:
 
 @dataclass(frozen=True, eq=False)
 class Times:
-    """Nanoseconds an update of one recursion.
-
-    Attributes
-    ----------
-    level
-        "2" or "3" for -O2 or -O3; "" for Python.
-    n
-        number of parameters.
-    ns
-        one value for each pass, shape (passes,).
-    base
-        those of the bare UD recursion in the same passes; empty for Python.
-    """
+    """Nanoseconds an update of one recursion."""
 
     name: Name
     level: str
+    """"2" or "3" for -O2 or -O3; "" for Python."""
     n: int
+    """Number of parameters."""
     ns: FloatArray
+    """One value for each pass, shape (passes,)."""
     base: FloatArray
+    """Those of the bare UD recursion in the same passes; empty for Python."""
 
     @property
     def least(self) -> float:
@@ -60,22 +52,15 @@ class Times:
 
 @dataclass(frozen=True)
 class Answer:
-    """Is it the answer of batch least squares?
-
-    Attributes
-    ----------
-    deviation
-        largest deviation over all n, relative to the largest parameter.
-    share
-        the largest share of the tolerance that a deviation takes; NaN where a parameter is none.
-    own
-        whether the recursion weighs its samples by a rule of its own, so that the answer differs.
-    """
+    """Is it the answer of batch least squares?"""
 
     name: Name
     deviation: float
+    """Largest deviation over all n, relative to the largest parameter."""
     share: float
+    """The largest share of the tolerance that a deviation takes; NaN where a parameter is none."""
     own: bool
+    """Whether the recursion weighs its samples by a rule of its own, so that the answer differs."""
 
     @property
     def right(self) -> bool:
@@ -85,63 +70,42 @@ class Answer:
 
 @dataclass(frozen=True, eq=False)
 class Errors:
-    """Error of a recursion in float against batch least squares in double, on the same samples.
-
-    Attributes
-    ----------
-    times_faster
-        the servo of model (16) is sampled so many times as fast.
-    factor
-        forgetting factor.
-    samples
-        counts of samples, shape (m,).
-    errors
-        relative to the largest parameter, shape (m,); infinite where a parameter is no number.
-    """
+    """Error of a recursion in float against batch least squares in double, on the same samples."""
 
     name: Name
     times_faster: int
+    """The servo of model (16) is sampled so many times as fast."""
     factor: float
+    """Forgetting factor."""
     samples: FloatArray
+    """Counts of samples, shape (m,)."""
     errors: FloatArray
+    """Relative to the largest parameter, shape (m,); infinite where a parameter is no number."""
 
 
 @dataclass(frozen=True)
 class Hold:
-    """How long a held input is survived.
-
-    Attributes
-    ----------
-    moved, not_finite
-        samples until a parameter has moved by 1 % of the largest one, and until one is no number:
-        a value for each seed, or None where it did not happen.
-    held
-        samples that were tried.
-    """
+    """How long a held input is survived."""
 
     name: Name
     moved: tuple[int | None, ...]
     not_finite: tuple[int | None, ...]
+    """Samples until a parameter has moved by 1 % of the largest one, and until one is no number: a
+    value for each seed, or None where it did not happen."""
     held: int
+    """Samples that were tried."""
 
 
 @dataclass
 class Results:
-    """All of it.
-
-    Attributes
-    ----------
-    machine
-        processor, compiler, versions: one line each.
-    missing
-        rows that are not installed, with the command that installs them.
-    control
-        what python-control has.
-    """
+    """All of it."""
 
     machine: list[str]
+    """Processor, compiler, versions: one line each."""
     missing: dict[str, str]
+    """Rows that are not installed, with the command that installs them."""
     control: str
+    """What python-control has."""
     times: list[Times] = field(default_factory=list)
     answers: list[Answer] = field(default_factory=list)
     errors: list[Errors] = field(default_factory=list)

@@ -22,20 +22,14 @@ B16 = np.array([0.3850, -0.5810, 0.2954])
 
 @dataclass(frozen=True, eq=False)
 class Series:
-    """Commands and outputs of an ARX model with delay one, and its orders.
-
-    Attributes
-    ----------
-    u, y
-        shape (N,).
-    na, nb
-        orders: phi(k) = (-y(k-1) .. -y(k-na), u(k-1) .. u(k-nb)).
-    """
+    """Commands and outputs of an ARX model with delay one, and its orders."""
 
     u: FloatArray
     y: FloatArray
+    """Shape (N,)."""
     na: int
     nb: int
+    """orders: phi(k) = (-y(k-1) .. -y(k-na), u(k-1) .. u(k-nb))."""
 
     @property
     def first(self) -> int:

@@ -36,27 +36,18 @@ class _Answer:
 
 @dataclass(frozen=True)
 class Identity:
-    """Identity of the target that answers.
-
-    Attributes
-    ----------
-    version
-        version of the protocol.
-    firmware
-        version of the firmware: major, minor, patch.
-    policies
-        numbers of the forgetting policies in the firmware.
-    parameters
-        numbers of parameters of the estimators in the firmware.
-    board
-        name of the board.
-    """
+    """Identity of the target that answers."""
 
     version: int
+    """Version of the protocol."""
     firmware: tuple[int, int, int]
+    """Version of the firmware: major, minor, patch."""
     policies: frozenset[int]
+    """Numbers of the forgetting policies in the firmware."""
     parameters: frozenset[int]
+    """Numbers of parameters of the estimators in the firmware."""
     board: str
+    """Name of the board."""
 
     @classmethod
     def parse(cls, body: bytes) -> Self:

@@ -33,52 +33,35 @@ ESTIMATED = (ehsid.Status.ok, ehsid.Status.no_information, ehsid.Status.reset)
 
 @dataclass(frozen=True, eq=False)
 class Replay:
-    """Results of the host's estimator over a run of N samples with n parameters.
-
-    Attributes
-    ----------
-    theta, deviation
-        estimates and their standard deviations, shape (N, n), float32, in units of the signals.
-    scalars
-        the results named in `SCALARS`, shape (N, 4), float32.
-    status
-        `ehsid.Status` of each sample, shape (N,).
-    servo
-        what a ServoEstimator tells; n = 0 then. None for an ARX model.
-    """
+    """Results of the host's estimator over a run of N samples with n parameters."""
 
     theta: npt.NDArray[np.float32]
     deviation: npt.NDArray[np.float32]
+    """Estimates and their standard deviations, shape (N, n), float32, in units of the signals."""
     scalars: npt.NDArray[np.float32]
+    """The results named in `SCALARS`, shape (N, 4), float32."""
     status: npt.NDArray[np.uint8]
+    """`ehsid.Status` of each sample, shape (N,)."""
     servo: ServoPath | None = None
+    """What a ServoEstimator tells; n = 0 then. None for an ARX model."""
 
 
 @dataclass(frozen=True, eq=False)
 class Agreement:
-    """Comparison of the target's results with those of the host.
-
-    Attributes
-    ----------
-    replay
-        results of the host.
-    theta
-        estimates of the target, shape (N, n).
-    different
-        numbers of the samples at which any result or the status differs in at least one bit.
-    largest
-        largest |difference| of a parameter, as a share of its largest |value| on the host; 0 if no
-        parameter differs. The parameters of a ServoEstimator are K, omega_n, xi and their half
-        widths.
-    servo
-        what the ServoEstimator of the target tells; n = 0 then. None for an ARX model.
-    """
+    """Comparison of the target's results with those of the host."""
 
     replay: Replay
+    """Results of the host."""
     theta: npt.NDArray[np.float32]
+    """Estimates of the target, shape (N, n)."""
     different: npt.NDArray[np.int64]
+    """Numbers of the samples at which any result or the status differs in at least one bit."""
     largest: float
+    """Largest |difference| of a parameter, as a share of its largest |value| on the host; 0 if no
+    parameter differs. The parameters of a ServoEstimator are K, omega_n, xi and their half widths.
+    """
     servo: ServoPath | None = None
+    """What the ServoEstimator of the target tells; n = 0 then. None for an ARX model."""
 
     @property
     def equal(self) -> bool:

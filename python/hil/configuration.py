@@ -35,41 +35,28 @@ POLICIES = tuple(info.policy for info in ehsid.policies())
 
 @dataclass(frozen=True)
 class ControllerSettings:
-    """Settings of the target's controller; ranges in examples/firmware/servo/controller.hpp.
-
-    Attributes
-    ----------
-    sample_time_s
-        time from one sample to the next, s.
-    fixed_gain_v_m
-        proportional gain while the estimate does not set it, V/m.
-    feed_forward_v_s_m
-        command for each m/s of the reference, V s/m.
-    command_limit_v
-        largest |command|, V.
-    bandwidth_rad_s
-        bandwidth of the closed loop at which a gain from the estimate aims, rad/s.
-    gain_min_v_m, gain_max_v_m
-        bounds of the gain from the estimate, V/m.
-    gain_step
-        largest change of the gain in a sample, as a share of the fixed gain.
-    position_control
-        whether the target controls the position; if not, the command is the `direct_v` of each
-        sample, within the limit.
-    retune
-        whether the gain follows the estimate.
-    """
+    """Settings of the target's controller; ranges in examples/firmware/servo/controller.hpp."""
 
     sample_time_s: float
+    """Time from one sample to the next, s."""
     fixed_gain_v_m: float
+    """Proportional gain while the estimate does not set it, V/m."""
     feed_forward_v_s_m: float
+    """Command for each m/s of the reference, V s/m."""
     command_limit_v: float
+    """Largest |command|, V."""
     bandwidth_rad_s: float
+    """Bandwidth of the closed loop at which a gain from the estimate aims, rad/s."""
     gain_min_v_m: float
     gain_max_v_m: float
+    """Bounds of the gain from the estimate, V/m."""
     gain_step: float
+    """Largest change of the gain in a sample, as a share of the fixed gain."""
     position_control: bool = True
+    """Whether the target controls the position; if not, the command is the `direct_v` of each
+    sample, within the limit."""
     retune: bool = True
+    """Whether the gain follows the estimate."""
 
     @property
     def flags(self) -> int:
@@ -80,24 +67,16 @@ class ControllerSettings:
 
 @dataclass(frozen=True, eq=False)
 class Configuration:
-    """Complete configuration of a target before a run.
-
-    Attributes
-    ----------
-    estimator
-        settings of the estimator, with its initial estimate if it has a seed.
-    controller
-        settings of the position controller.
-    watchdog_ms
-        time without a valid request after which the target closes the valve, ms.
-    servo
-        settings of a ServoEstimator, which then runs in place of `estimator`.
-    """
+    """Complete configuration of a target before a run."""
 
     estimator: EstimatorConfiguration
+    """Settings of the estimator, with its initial estimate if it has a seed."""
     controller: ControllerSettings
+    """Settings of the position controller."""
     watchdog_ms: int
+    """Time without a valid request after which the target closes the valve, ms."""
     servo: ServoSettings | None = None
+    """Settings of a ServoEstimator, which then runs in place of `estimator`."""
 
     @property
     def message(self) -> Message:
@@ -206,39 +185,29 @@ SHARES = (0.0, 1e-7, 1e-6, 1e-5, 1e-4)
 
 @dataclass(frozen=True)
 class Snapshot:
-    """Content of the file.
-
-    Attributes
-    ----------
-    rig, time_s
-        name of the rig, and time in the run, s.
-    na, nb, nk, offset
-        orders of the estimator with n parameters.
-    command_scale, position_scale, command_offset, position_offset
-        scaling of the signals, V and m.
-    theta
-        the n parameters, in the units of the signals about the offsets.
-    u, d
-        factors of the covariance P = u diag(d) u' of the scaled parameters; u by rows.
-    noise_variance
-        residual variance, m^2.
-    """
+    """Content of the file."""
 
     schema_version: Literal[1]
     rig: str
     time_s: float
+    """Name of the rig, and time in the run, s."""
     na: int
     nb: int
     nk: int
     offset: bool
+    """Orders of the estimator with n parameters."""
     command_scale: float
     position_scale: float
     command_offset: float
     position_offset: float
+    """Scaling of the signals, V and m."""
     theta: tuple[float, ...]
+    """The n parameters, in the units of the signals about the offsets."""
     u: tuple[tuple[float, ...], ...]
     d: tuple[float, ...]
+    """Factors of the covariance P = u diag(d) u' of the scaled parameters; u by rows."""
     noise_variance: float
+    """Residual variance, m^2."""
 
 
 def taken(

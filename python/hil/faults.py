@@ -25,18 +25,12 @@ FAULTS = ("drop", "repeat", "flip", "cut", "unended", "noise", "hold")
 
 @dataclass
 class Passing:
-    """What becomes of a frame.
-
-    Attributes
-    ----------
-    data
-        bytes that go on in its place.
-    hold_s
-        how long its direction stands still before, s.
-    """
+    """What becomes of a frame."""
 
     data: bytes
+    """Bytes that go on in its place."""
     hold_s: float = 0.0
+    """How long its direction stands still before, s."""
 
 
 # Of a direction, the number of the frame in it, and its bytes without zeros.

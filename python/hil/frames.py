@@ -97,22 +97,15 @@ MAX_BODY = MAX_PACKET - _HEAD.size - _CRC.size
 
 @dataclass(frozen=True)
 class Packet:
-    """Content of a frame.
-
-    Attributes
-    ----------
-    kind
-        kind of the packet, 0 to 255, see `ehsid.hil.Kind`.
-    sequence
-        sequence number, 0 to 65535; an answer has the number of its request, an unrequested packet
-        has 0.
-    body
-        at most 507 bytes.
-    """
+    """Content of a frame."""
 
     kind: int
+    """Kind of the packet, 0 to 255, see `ehsid.hil.Kind`."""
     sequence: int
+    """Sequence number, 0 to 65535; an answer has the number of its request, an unrequested packet
+    has 0."""
     body: bytes
+    """At most 507 bytes."""
 
 
 def check_sum(data: bytes) -> int:
@@ -171,43 +164,30 @@ _RANGES = {
 
 @dataclass(frozen=True)
 class Field:
-    """A field of a message.
-
-    Attributes
-    ----------
-    name, type, unit, meaning
-        as the tables in docs/hil_protocol.md have them; the unit is "" for a number without one.
-    count
-        number of numbers or letters: a number, or text where it depends on other fields. Such
-        fields stand at the end of a message.
-    group
-        of `configure`: the settings that the field belongs to.
-    values
-        the values or flags that the field can have; None where it is a plain number.
-    """
+    """A field of a message."""
 
     name: str
     type: Type
     unit: str = ""
     meaning: str = ""
+    """As the tables in docs/hil_protocol.md have them; the unit is "" for a number without one."""
     count: int | str = 1
+    """Number of numbers or letters: a number, or text where it depends on other fields. Such fields
+    stand at the end of a message."""
     group: str = ""
+    """Of `configure`: the settings that the field belongs to."""
     values: Values | None = None
+    """The values or flags that the field can have; None where it is a plain number."""
 
 
 @dataclass(frozen=True)
 class Message:
-    """A message: its kind, the first byte of its packet, and the fields of its body.
-
-    Attributes
-    ----------
-    states
-        of a request: the states in which the target carries it out.
-    """
+    """A message: its kind, the first byte of its packet, and the fields of its body."""
 
     kind: int
     fields: tuple[Field, ...] = ()
     states: str = ""
+    """Of a request: the states in which the target carries it out."""
 
     @functools.cached_property
     def fixed(self) -> tuple[Field, ...]:

@@ -26,34 +26,24 @@ from .plan import Plan, open_plan, position_plan
 
 @dataclass(frozen=True)
 class LoopRun:
-    """A run on a test signal.
-
-    Attributes
-    ----------
-    position_control
-        whether the signal is the reference of the controller on the target; else it is the command.
-    signal
-        the test signal.
-    bandwidth_hz
-        bandwidth of the position loop, Hz; None for the default.
-    forgetting, orders
-        forgetting policy and orders of the estimator.
-    retune
-        whether the gain of the controller follows the estimate.
-    values
-        values of the simulated machine that the controller does not know, by full name.
-    watchdog_ms
-        time without a valid request after which the target closes the valve, ms.
-    """
+    """A run on a test signal."""
 
     position_control: bool
+    """Whether the signal is the reference of the controller on the target; else it is the command.
+    """
     signal: SignalOptions
+    """The test signal."""
     bandwidth_hz: float | None
+    """Bandwidth of the position loop, Hz; None for the default."""
     forgetting: ehsid.Forgetting
     orders: ArxOrders
+    """Forgetting policy and orders of the estimator."""
     retune: bool
+    """Whether the gain of the controller follows the estimate."""
     values: Mapping[str, float]
+    """Values of the simulated machine that the controller does not know, by full name."""
     watchdog_ms: int
+    """Time without a valid request after which the target closes the valve, ms."""
 
     def plan(self, rig: Rig) -> Plan:
         """Returns the plan of the run with a rig.
@@ -117,21 +107,14 @@ class Planner(Protocol):
 
 @dataclass(frozen=True)
 class OfferedLoop:
-    """A loop of several runs, with what its page shows beside them.
-
-    Attributes
-    ----------
-    plans
-        makes the plans.
-    beside
-        published results of ARX models, for the page.
-    sources
-        publications, for the page.
-    """
+    """A loop of several runs, with what its page shows beside them."""
 
     plans: Planner
+    """Makes the plans."""
     beside: Table
+    """Published results of ARX models, for the page."""
     sources: tuple[str, ...]
+    """Publications, for the page."""
 
 
 def offered_loop(name: str) -> OfferedLoop:

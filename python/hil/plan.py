@@ -39,44 +39,30 @@ WATCHDOG_MS = 500
 
 @dataclass(frozen=True, eq=False)
 class Plan:
-    """Plan of one run of N samples.
-
-    Attributes
-    ----------
-    name
-        name of the run, for the user.
-    rig
-        rig that the host simulates.
-    dt_s
-        sampling time, s.
-    direct_v
-        added to the controller's command, V, shape (N,); in an open loop the command itself.
-    reference_m
-        reference position, m, shape (N,); its speed is computed from its differences.
-    noise
-        noise that is added to the outputs, shape (N, 6), see `draw_noise`.
-    configuration
-        configuration of the estimator and the controller.
-    position0_m
-        initial position, m.
-    values
-        values of the simulated machine that replace those of the rig, by full name; the controller
-        does not know them.
-    change
-        factors on values of the rig, by full name, that act from the middle of the run on; the
-        target is not informed of this change of the plant.
-    """
+    """Plan of one run of N samples."""
 
     name: str
+    """Name of the run, for the user."""
     rig: Rig
+    """Rig that the host simulates."""
     dt_s: float
+    """Sampling time, s."""
     direct_v: FloatArray
+    """Added to the controller's command, V, shape (N,); in an open loop the command itself."""
     reference_m: FloatArray
+    """Reference position, m, shape (N,); its speed is computed from its differences."""
     noise: FloatArray
+    """Noise that is added to the outputs, shape (N, 6), see `draw_noise`."""
     configuration: Configuration
+    """Configuration of the estimator and the controller."""
     position0_m: float | None = None
+    """Initial position, m."""
     values: Mapping[str, float] = field(default_factory=dict)
+    """Values of the simulated machine that replace those of the rig, by full name; the controller
+    does not know them."""
     change: Mapping[str, float] = field(default_factory=dict)
+    """Factors on values of the rig, by full name, that act from the middle of the run on; the
+    target is not informed of this change of the plant."""
 
     @property
     def samples(self) -> int:

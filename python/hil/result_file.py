@@ -42,23 +42,16 @@ class Parameter:
 
 @dataclass(frozen=True)
 class ServoFigures:
-    """K, omega_n or xi of a servo: the last one that was trusted, or else that of the end.
-
-    Attributes
-    ----------
-    value, ci90
-        the value and its 90 % interval; null before there is one.
-    trusted
-        whether it was trusted, at the end or for a tenth of the samples.
-    reason_at_end, trusted_share
-        why it is not trusted at the end, or "trusted"; share of the samples at which it was.
-    """
+    """K, omega_n or xi of a servo: the last one that was trusted, or else that of the end."""
 
     value: float | None
     ci90: tuple[float, float] | None
+    """The value and its 90 % interval; null before there is one."""
     trusted: bool
+    """Whether it was trusted, at the end or for a tenth of the samples."""
     reason_at_end: str
     trusted_share: float
+    """Why it is not trusted at the end, or "trusted"; share of the samples at which it was."""
 
 
 @dataclass(frozen=True)
@@ -73,91 +66,66 @@ class ServoFound:
 
 @dataclass(frozen=True)
 class Control:
-    """The controller of a run.
-
-    Attributes
-    ----------
-    position_control
-        whether the target controlled the position.
-    gain_fixed_v_m, gain_v_m
-        configured gain, and gain at the end, V/m.
-    velocity_gain_m_s_v
-        velocity gain at the end, computed from the parameters, m/s/V; 0 if they give none. Of a
-        servo it is K.
-    share_retuned, share_at_limit
-        shares of the samples whose gain came from the estimate, and whose command was at its limit.
-    """
+    """The controller of a run."""
 
     position_control: bool
+    """Whether the target controlled the position."""
     gain_fixed_v_m: float
     gain_v_m: float
+    """Configured gain, and gain at the end, V/m."""
     velocity_gain_m_s_v: float
+    """Velocity gain at the end, computed from the parameters, m/s/V; 0 if they give none. Of a
+    servo it is K."""
     share_retuned: float
     share_at_limit: float
+    """Shares of the samples whose gain came from the estimate, and whose command was at its limit.
+    """
 
 
 @dataclass(frozen=True)
 class Run:
-    """A run; what changes during it is given as it was at the end.
-
-    Attributes
-    ----------
-    name, rig
-        name of the run and of the simulated rig.
-    dt_s, samples, seconds
-        sampling time, s, number of samples, and duration on the wall clock, s.
-    change, change_at_sample
-        factors on values of the rig, by full name, and the sample from which on they act.
-    forgetting, orders
-        forgetting policy and orders of the estimator, as text; null for a ServoEstimator.
-    parameters
-        estimates by name; none for a ServoEstimator.
-    rmse_m
-        RMSE of the innovation, m; null for a ServoEstimator.
-    forgetting_factor, fit_percent, converged, residuals_white
-        as in the answer to the last sample; null for a ServoEstimator.
-    resets, status
-        how often the estimator has begun anew, and the status of the last sample.
-    servo
-        what a ServoEstimator told; null for another estimator.
-    controller
-        what the controller did.
-    equal_to_host, samples_that_differ, largest_difference
-        comparison of the estimates with those of the host, bit for bit: number of samples that
-        differ, and largest difference of a parameter as a share of its size.
-    line
-        errors on the line that were corrected.
-    target_resets_before_samples
-        numbers of the samples before which the target was reset and configured anew.
-    estimator_begun_before_samples
-        numbers of the samples before which the user let the estimator begin anew.
-    """
+    """A run; what changes during it is given as it was at the end."""
 
     name: str
     rig: str
+    """Name of the run and of the simulated rig."""
     dt_s: float
     samples: int
     seconds: float
+    """Sampling time, s, number of samples, and duration on the wall clock, s."""
     change: Mapping[str, float]
     change_at_sample: int | None
+    """Factors on values of the rig, by full name, and the sample from which on they act."""
     forgetting: str | None
     orders: str | None
+    """Forgetting policy and orders of the estimator, as text; null for a ServoEstimator."""
     parameters: Mapping[str, Parameter]
+    """Estimates by name; none for a ServoEstimator."""
     rmse_m: float
+    """RMSE of the innovation, m; null for a ServoEstimator."""
     forgetting_factor: float
     fit_percent: float
     converged: bool | None
     residuals_white: bool | None
+    """As in the answer to the last sample; null for a ServoEstimator."""
     resets: int
     status: str
+    """How often the estimator has begun anew, and the status of the last sample."""
     servo: ServoFound | None
+    """What a ServoEstimator told; null for another estimator."""
     controller: Control
+    """What the controller did."""
     equal_to_host: bool
     samples_that_differ: int
     largest_difference: float
+    """Comparison of the estimates with those of the host, bit for bit: number of samples that
+    differ, and largest difference of a parameter as a share of its size."""
     line: Counters
+    """Errors on the line that were corrected."""
     target_resets_before_samples: tuple[int, ...]
+    """Numbers of the samples before which the target was reset and configured anew."""
     estimator_begun_before_samples: tuple[int, ...]
+    """Numbers of the samples before which the user let the estimator begin anew."""
 
 
 @dataclass(frozen=True)

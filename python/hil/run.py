@@ -149,33 +149,23 @@ MOST_RESTARTS = 3
 
 @dataclass(frozen=True, eq=False)
 class RunResult:
-    """Result of a run of N samples.
-
-    Attributes
-    ----------
-    command_v, position_m
-        commands that the target sent, V, and positions that it received, m; shape (N,), float32
-        numbers.
-    results
-        the N answers of the target.
-    restarts
-        numbers of the samples before which the target was reset and configured anew.
-    counters
-        errors on the line during this run.
-    seconds
-        duration of the run on the wall clock, s.
-    begun
-        settings with which the user let the estimator begin anew, by the number of the sample.
-    """
+    """Result of a run of N samples."""
 
     plan: Plan
     command_v: FloatArray
     position_m: FloatArray
+    """Commands that the target sent, V, and positions that it received, m; shape (N,), float32
+    numbers."""
     results: tuple[SampleAnswer, ...]
+    """The N answers of the target."""
     restarts: tuple[int, ...]
+    """Numbers of the samples before which the target was reset and configured anew."""
     counters: Counters
+    """Errors on the line during this run."""
     seconds: float
+    """Duration of the run on the wall clock, s."""
     begun: Mapping[int, EstimatorConfiguration] = field(default_factory=dict)
+    """Settings with which the user let the estimator begin anew, by the number of the sample."""
 
     @property
     def arx_results(self) -> list[Result]:

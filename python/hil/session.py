@@ -43,24 +43,16 @@ CHECK = (
 
 @dataclass
 class Counters:
-    """Counts of the errors on the line that the host has corrected.
-
-    Attributes
-    ----------
-    asked_again
-        requests sent again because no answer arrived.
-    late
-        answers that arrived when the host no longer waited for them, or arrived twice.
-    bad_frames
-        received frames that were not valid.
-    resumed
-        times the host opened the valve again after the watchdog of the target had closed it.
-    """
+    """Counts of the errors on the line that the host has corrected."""
 
     asked_again: int = 0
+    """Requests sent again because no answer arrived."""
     late: int = 0
+    """Answers that arrived when the host no longer waited for them, or arrived twice."""
     bad_frames: int = 0
+    """Received frames that were not valid."""
     resumed: int = 0
+    """Times the host opened the valve again after the watchdog of the target had closed it."""
 
 
 class Session:

@@ -20,19 +20,13 @@ FACTOR = 64
 
 @dataclass(frozen=True, eq=False)
 class Pyramid:
-    """A signal and the extremes of its blocks.
-
-    Attributes
-    ----------
-    values
-        the signal, shape (n,); NaN where a value is missing.
-    levels
-        for each level k = 1, 2, ... minima and maxima of the blocks of FACTOR^k samples, shape
-        (2, number of whole blocks).
-    """
+    """A signal and the extremes of its blocks."""
 
     values: FloatArray
+    """The signal, shape (n,); NaN where a value is missing."""
     levels: tuple[FloatArray, ...]
+    """For each level k = 1, 2, ... minima and maxima of the blocks of FACTOR^k samples, shape (2,
+    number of whole blocks)."""
 
     def view(self, first: int, last: int, columns: int) -> tuple[FloatArray, FloatArray]:
         """Returns positions and values of the points to draw for the samples first to last - 1.

@@ -37,21 +37,14 @@ STEPS = (
 
 @dataclass(frozen=True)
 class Standing:
-    """Where a step stands.
-
-    Attributes
-    ----------
-    open
-        whether it can be entered.
-    done
-        whether its result holds.
-    why
-        why it is not open, or what its result lacks; "" where all is well.
-    """
+    """Where a step stands."""
 
     open: bool
+    """Whether it can be entered."""
     done: bool
+    """Whether its result holds."""
     why: str = ""
+    """Why it is not open, or what its result lacks; "" where all is well."""
 
 
 def standings(session: Session) -> dict[str, Standing]:

@@ -51,18 +51,12 @@ LEAST_SHOWN = 3.0
 
 
 class Lesson(msgspec.Struct):
-    """Content of lesson.json.
-
-    Attributes
-    ----------
-    seed
-        of all that is random.
-    guess
-        id of the effect that the user thinks it is; "" before a guess.
-    """
+    """Content of lesson.json."""
 
     seed: int
+    """Of all that is random."""
     guess: str = ""
+    """Id of the effect that the user thinks it is; "" before a guess."""
 
 
 def new_seed() -> int:

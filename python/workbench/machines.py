@@ -17,36 +17,25 @@ from .workbench import Workbench
 
 @dataclass(frozen=True)
 class MachineRow:
-    """A machine in the table.
-
-    Attributes
-    ----------
-    name
-        of its session.
-    records
-        number of its records; None where the session cannot be opened.
-    verdict
-        what the diagnosis found, or what the machine waits for, in words.
-    holds
-        whether the verdict belongs to the records and the rig of today.
-    before, after
-        gap with the rig as configured, and with what was found, nrmse; None without a diagnosis.
-    where, share
-        part of the machine with the largest share of the gap, and this share; "" and None where
-        none is told.
-    made
-        when the diagnosis was made, in seconds since 1970; None without one.
-    """
+    """A machine in the table."""
 
     name: str
+    """Of its session."""
     records: int | None
+    """Number of its records; None where the session cannot be opened."""
     verdict: str
+    """What the diagnosis found, or what the machine waits for, in words."""
     holds: bool = False
+    """Whether the verdict belongs to the records and the rig of today."""
     before: float | None = None
     after: float | None = None
+    """Gap with the rig as configured, and with what was found, nrmse; None without a diagnosis."""
     where: str = ""
     share: float | None = None
+    """Part of the machine with the largest share of the gap, and this share; "" and None where none
+    is told."""
     made: float | None = None
+    """When the diagnosis was made, in seconds since 1970; None without one."""
 
 
 def machine_rows(workbench: Workbench) -> list[MachineRow]:

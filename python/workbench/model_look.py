@@ -125,29 +125,21 @@ MOST_RESETS = 200  # that are marked
 
 
 class Identified(msgspec.Struct, frozen=True):
-    """An identified model, as the page shows it.
-
-    Attributes
-    ----------
-    record, input_name, output_name
-        what it was made of.
-    line, told
-        which model was chosen, and what is told of it.
-    dynamics
-        its poles and zeros.
-    whiteness, independence, bode
-        what is drawn of it.
-    """
+    """An identified model, as the page shows it."""
 
     record: str
     input_name: str
     output_name: str
+    """What it was made of."""
     line: str
     told: ModelTold
+    """Which model was chosen, and what is told of it."""
     dynamics: Dynamics
+    """Its poles and zeros."""
     whiteness: Lags
     independence: Lags
     bode: Bode
+    """What is drawn of it."""
 
 
 def look_folder(session: Session) -> Path:
@@ -199,40 +191,28 @@ def read_look(session: Session) -> Identified | None:
 
 
 class Estimated(msgspec.Struct, frozen=True):
-    """Figures of a recursive estimation.
-
-    Attributes
-    ----------
-    record, input_name, output_name
-        what it was made of.
-    made_from
-        digest of that and of the choices, see `Session.made_from`.
-    names, ranges
-        coefficients, and of each the lowest and highest value that the plot holds.
-    rmse
-        root mean square of the innovation in the unit of the output.
-    n_samples, converged
-        see `Estimate`.
-    reset_samples
-        samples of the record at which a change was found.
-    told
-        what is told of it.
-    tries
-        what may make the estimate converge.
-    """
+    """Figures of a recursive estimation."""
 
     record: str
     input_name: str
     output_name: str
+    """What it was made of."""
     made_from: str
+    """Digest of that and of the choices, see `Session.made_from`."""
     names: list[str]
     ranges: list[tuple[float, float]]
+    """Coefficients, and of each the lowest and highest value that the plot holds."""
     rmse: float
+    """Root mean square of the innovation in the unit of the output."""
     n_samples: int
     converged: bool
+    """See `Estimate`."""
     reset_samples: list[int]
+    """Samples of the record at which a change was found."""
     told: EstimateTold
+    """What is told of it."""
     tries: list[str] = []
+    """What may make the estimate converge."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -28,24 +28,16 @@ PIECE = 2**20  # bytes
 
 
 class HeaderMade(msgspec.Struct, frozen=True):
-    """What a header was made of.
-
-    Attributes
-    ----------
-    record
-        id of the record.
-    told
-        digest of how its log was read; see `Entry.told`.
-    file
-        name of the header.
-    summary
-        what it holds, in one line.
-    """
+    """What a header was made of."""
 
     record: str
+    """Id of the record."""
     told: str
+    """Digest of how its log was read; see `Entry.told`."""
     file: str
+    """Name of the header."""
     summary: str
+    """What it holds, in one line."""
 
 
 def header_task(folder: Path, *, report: Callable[[float], None]) -> None:

@@ -85,19 +85,13 @@ def excitation(rig: Rig, name: str, share: float, seed: int = 0) -> FloatArray:
 
 @dataclass(frozen=True, eq=False)
 class Beside:
-    """Two runs on the same command.
-
-    Attributes
-    ----------
-    without, having
-        records of the rig as it is, and with the effects.
-    seconds
-        that the simulation of the run with the effects took.
-    """
+    """Two runs on the same command."""
 
     without: Record
     having: Record
+    """Records of the rig as it is, and with the effects."""
     seconds: float
+    """That the simulation of the run with the effects took."""
 
 
 def beside(rig: Rig, sizes: dict[str, float], without: Record) -> Beside:

@@ -33,24 +33,16 @@ def _now(signal: Pyramid | Latest) -> Pyramid:
 
 @dataclass(frozen=True)
 class Line:
-    """A signal to draw.
-
-    Attributes
-    ----------
-    name
-        in the legend.
-    pyramid
-        its samples.
-    factor
-        to the unit that is shown.
-    band
-        lower and upper end of a band around it, of as many samples; None draws none.
-    """
+    """A signal to draw."""
 
     name: str
+    """In the legend."""
     pyramid: Pyramid | Latest
+    """Its samples."""
     factor: float = 1.0
+    """To the unit that is shown."""
     band: tuple[Pyramid | Latest, Pyramid | Latest] | None = None
+    """Lower and upper end of a band around it, of as many samples; None draws none."""
 
 
 @dataclass(frozen=True)
@@ -63,21 +55,14 @@ class Panel:
 
 @dataclass(frozen=True)
 class Stack:
-    """Plots one below the other.
-
-    Attributes
-    ----------
-    layout
-        all of them, to be shown: Bokeh warns of a range that plots of several layouts share.
-    plots
-        each of them, from top to bottom.
-    draw
-        draws what is seen anew, after signals have changed.
-    """
+    """Plots one below the other."""
 
     layout: Column
+    """All of them, to be shown: Bokeh warns of a range that plots of several layouts share."""
     plots: list[figure]
+    """Each of them, from top to bottom."""
     draw: Callable[[], None]
+    """Draws what is seen anew, after signals have changed."""
 
 
 def stacked(panels: Sequence[Panel], time_s: FloatArray | None, theme: str, axis: str) -> Stack:

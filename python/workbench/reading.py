@@ -26,61 +26,41 @@ FILE = "reading.json"
 
 
 class LogColumn(msgspec.Struct, frozen=True):
-    """A column of a log as it is.
-
-    Attributes
-    ----------
-    name, unit
-        as the log has them; the unit is "" where it has none.
-    size
-        number of values.
-    low, high
-        the smallest and the largest number; None where there is none.
-    key
-        of its pyramid among the files; "" where it cannot be drawn.
-    """
+    """A column of a log as it is."""
 
     name: str
     unit: str
+    """As the log has them; the unit is "" where it has none."""
     size: int
+    """Number of values."""
     low: float | None = None
     high: float | None = None
+    """The smallest and the largest number; None where there is none."""
     key: str = ""
+    """Of its pyramid among the files; "" where it cannot be drawn."""
 
 
 class Reading(msgspec.Struct, frozen=True):
-    """How a log was read.
-
-    Attributes
-    ----------
-    told
-        digest of what the user said about the log; see `Entry.told`.
-    kind
-        what the file was taken for; "" where it cannot be opened.
-    columns
-        of the log.
-    problem
-        why there is no record; "" where there is one.
-    taken
-        rows of the table of columns: column, taken for, unit, factor, why.
-    remarks
-        sentences on what was changed, left out or guessed.
-    channels
-        columns of the record, in their order; the pyramid of number i has the key "record_i".
-    samples, dt_s, pieces
-        size of the record, its sampling time, and the number of pieces without a gap.
-    """
+    """How a log was read."""
 
     told: str
+    """Digest of what the user said about the log; see `Entry.told`."""
     kind: str = ""
+    """What the file was taken for; "" where it cannot be opened."""
     columns: list[LogColumn] = []
+    """Of the log."""
     problem: str = ""
+    """Why there is no record; "" where there is one."""
     taken: list[tuple[str, str, str, str, str]] = []
+    """Rows of the table of columns: column, taken for, unit, factor, why."""
     remarks: list[str] = []
+    """Sentences on what was changed, left out or guessed."""
     channels: list[str] = []
+    """Columns of the record, in their order; the pyramid of number i has the key "record_i"."""
     samples: int = 0
     dt_s: float | None = None
     pieces: int = 1
+    """Size of the record, its sampling time, and the number of pieces without a gap."""
 
 
 def reading_of(session: Session, entry: Entry) -> Reading | None:

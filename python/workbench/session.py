@@ -46,27 +46,18 @@ class SessionError(ValueError):
 
 
 class Entry(msgspec.Struct):
-    """A record of the session.
-
-    Attributes
-    ----------
-    id
-        its name among the files of the session.
-    file
-        path of the log: below the folder of the session if relative.
-    held_out
-        whether the diagnosis judges by it and never fits it.
-    maps
-        for a channel the column of the log, such as "Stroke [mm]"; others are guessed.
-    dt_s
-        sampling time that the user states, s; None: as in the log.
-    """
+    """A record of the session."""
 
     id: str
+    """Its name among the files of the session."""
     file: str
+    """Path of the log: below the folder of the session if relative."""
     held_out: bool = False
+    """Whether the diagnosis judges by it and never fits it."""
     maps: dict[str, str] = msgspec.field(default_factory=dict)
+    """For a channel the column of the log, such as "Stroke [mm]"; others are guessed."""
     dt_s: float | None = None
+    """Sampling time that the user states, s; None: as in the log."""
 
     def told(self) -> str:
         """Returns a digest of how the log is to be read."""
@@ -84,40 +75,28 @@ class RigAnswers(msgspec.Struct):
 
 
 class ModelChoice(msgspec.Struct):
-    """What is identified, and how the estimator runs that the firmware has.
-
-    Attributes
-    ----------
-    record
-        id of the record; "" is the first one.
-    input_name, output_name
-        columns of the record.
-    orders, delays
-        to be tried by the identification, such as "2-5".
-    na, nb, nk
-        orders and delay of the estimator; an identification puts those in that it has found.
-    method
-        recursion, a key of `METHODS`.
-    policy
-        forgetting policy, a key of `POLICIES`.
-    settings
-        settings of the policy by their names in Python; those not named have their defaults.
-    reset
-        whether the estimator begins anew where the RMSE shows a change.
-    """
+    """What is identified, and how the estimator runs that the firmware has."""
 
     record: str = ""
+    """Id of the record; "" is the first one."""
     input_name: str = COMMAND
     output_name: str = POSITION
+    """Columns of the record."""
     orders: str = "2-5"
     delays: str = "1-5"
+    """To be tried by the identification, such as "2-5"."""
     na: int = 3
     nb: int = 3
     nk: int = 1
+    """Orders and delay of the estimator; an identification puts those in that it has found."""
     method: str = "rls"
+    """Recursion, a key of `METHODS`."""
     policy: str = "exponential"
+    """Forgetting policy, a key of `POLICIES`."""
     settings: dict[str, float] = msgspec.field(default_factory=dict)
+    """Settings of the policy by their names in Python; those not named have their defaults."""
     reset: bool = True
+    """Whether the estimator begins anew where the RMSE shows a change."""
 
     def __post_init__(self) -> None:
         """Checks what someone may have edited in the file.
@@ -143,52 +122,34 @@ class ModelChoice(msgspec.Struct):
 
 
 class Firmware(msgspec.Struct):
-    """What the firmware header is made of.
-
-    Attributes
-    ----------
-    record
-        id of the record; "" until one is chosen.
-    name
-        namespace in C++, prefix in C.
-    c
-        whether it is C instead of C++.
-    like_model
-        whether columns, orders and forgetting are those of the step Model; else orders are
-        identified, and the policy is f-ratio.
-    """
+    """What the firmware header is made of."""
 
     record: str = ""
+    """Id of the record; "" until one is chosen."""
     name: str = "servo"
+    """Namespace in C++, prefix in C."""
     c: bool = False
+    """Whether it is C instead of C++."""
     like_model: bool = False
+    """Whether columns, orders and forgetting are those of the step Model; else orders are
+    identified, and the policy is f-ratio."""
 
 
 class Settings(msgspec.Struct):
-    """Content of session.toml.
-
-    Attributes
-    ----------
-    version
-        of this layout.
-    records
-        in the order in which they were added.
-    rig
-        answers from which the rig was made.
-    model
-        choices for the step Model.
-    firmware
-        what the firmware header is made of.
-    made_of
-        for each result of a step the digest of what it was made of.
-    """
+    """Content of session.toml."""
 
     version: int = VERSION
+    """Of this layout."""
     records: list[Entry] = msgspec.field(default_factory=list)
+    """In the order in which they were added."""
     rig: RigAnswers = msgspec.field(default_factory=RigAnswers)
+    """Answers from which the rig was made."""
     model: ModelChoice = msgspec.field(default_factory=ModelChoice)
+    """Choices for the step Model."""
     firmware: Firmware = msgspec.field(default_factory=Firmware)
+    """What the firmware header is made of."""
     made_of: dict[str, str] = msgspec.field(default_factory=dict)
+    """For each result of a step the digest of what it was made of."""
 
 
 class Session:

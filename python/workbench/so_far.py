@@ -34,34 +34,24 @@ class Run(msgspec.Struct, frozen=True):
 
 
 class SoFar(msgspec.Struct, frozen=True):
-    """What is known when a stage begins.
-
-    Attributes
-    ----------
-    stage
-        what is done now.
-    past
-        the stages before.
-    nominal, calibrated, augmented, floor
-        gap of the simulation as configured, with the values of the rig fitted, with the set that is
-        ahead, and the upper end of the noise floor, all as nrmse; None where a simulation diverges.
-    ahead
-        ids of the effects of the set that is ahead.
-    sets
-        the best sets with the nrmse that each leaves, smallest first.
-    runs
-        held-out records that can be drawn.
-    """
+    """What is known when a stage begins."""
 
     stage: Stage
+    """What is done now."""
     past: list[Stage]
+    """The stages before."""
     nominal: float | None
     calibrated: float | None
     augmented: float | None
     floor: float | None
+    """Gap of the simulation as configured, with the values of the rig fitted, with the set that is
+    ahead, and the upper end of the noise floor, all as nrmse; None where a simulation diverges."""
     ahead: list[str]
+    """Ids of the effects of the set that is ahead."""
     sets: list[tuple[list[str], float]]
+    """The best sets with the nrmse that each leaves, smallest first."""
     runs: list[Run]
+    """Held-out records that can be drawn."""
 
 
 def key(run: int, output: int, kind: str) -> str:

@@ -42,22 +42,16 @@ MEMORY_MB = 2048
 
 @dataclass
 class Outcome:
-    """Result of one target.
-
-    Attributes
-    ----------
-    coverage
-        edges of the program that were reached (libFuzzer, atheris), or different answers of the
-        commands.
-    findings
-        stored inputs, relative to the project.
-    """
+    """Result of one target."""
 
     target: str
     seconds: float
     executions: int
     coverage: str
+    """Edges of the program that were reached (libFuzzer, atheris), or different answers of the
+    commands."""
     findings: list[str]
+    """Stored inputs, relative to the project."""
 
     @property
     def rate(self) -> float:

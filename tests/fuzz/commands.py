@@ -41,18 +41,12 @@ class _Overdue(BaseException):
 
 @dataclass(frozen=True)
 class Example:
-    """A command and the files that it reads.
-
-    Attributes
-    ----------
-    arguments
-        arguments of `ehsid`; files are named relative to the folder in which it runs.
-    files
-        content of each file by name.
-    """
+    """A command and the files that it reads."""
 
     arguments: Sequence[str]
+    """Arguments of `ehsid`; files are named relative to the folder in which it runs."""
     files: Mapping[str, bytes]
+    """Content of each file by name."""
 
     def to_json(self) -> str:
         """The example as JSON, with the files in base 64."""

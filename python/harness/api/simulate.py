@@ -229,24 +229,16 @@ Arrays = tuple[npt.ArrayLike, npt.ArrayLike, float | None]
 
 @dataclass(frozen=True)
 class Signals:
-    """Input and output with what is known of them.
-
-    Attributes
-    ----------
-    data
-        the samples.
-    name
-        of the record.
-    origin
-        how a log became the record; None for a record or arrays.
-    source
-        file of the record; None for one in memory.
-    """
+    """Input and output with what is known of them."""
 
     data: IoData
+    """The samples."""
     name: str
+    """Of the record."""
     origin: Origin | None = None
+    """How a log became the record; None for a record or arrays."""
     source: Path | None = None
+    """File of the record; None for one in memory."""
 
     @property
     def inputs(self) -> list[Path]:

@@ -36,22 +36,15 @@ class FileEntry(msgspec.Struct, frozen=True):
 
 
 class Manifest(msgspec.Struct, frozen=True, kw_only=True):
-    """What a result consists of.
-
-    Attributes
-    ----------
-    result
-        what the files are, such as "gap" for those of `ehsid gap`.
-    ehsid_version
-        version of ehsid that wrote them.
-    files
-        entries by path below the folder of the result, with "/" between its parts.
-    """
+    """What a result consists of."""
 
     schema_version: Literal[1] = 1
     result: str
+    """What the files are, such as "gap" for those of `ehsid gap`."""
     ehsid_version: str = ehsid.__version__
+    """Version of ehsid that wrote them."""
     files: Mapping[str, FileEntry]
+    """Entries by path below the folder of the result, with "/" between its parts."""
 
     def text(self) -> str:
         """Returns the manifest as JSON."""

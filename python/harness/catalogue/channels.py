@@ -33,51 +33,36 @@ class Guess(NamedTuple):
 
 @dataclass(frozen=True)
 class Channel:
-    """A column of a record.
-
-    Attributes
-    ----------
-    name
-        name in the file; it ends in the unit, if the channel has one.
-    unit
-        SI unit, or "degC"; "1" for a fraction.
-    meaning
-        the measured quantity, in words.
-    words
-        short name in plots.
-    shown_unit, factor
-        unit in plots, and the factor from SI to it.
-    plants
-        plants of which the simulator computes the channel.
-    noise
-        key in [sensors] of a rig file with the standard deviation of its noise; None if the
-        channel is not simulated.
-    compared
-        whether the diagnosis compares it with the simulation. The velocity is not compared because
-        it repeats the position. The measured supply pressure also determines the pressure at the
-        valve.
-    moves
-        whether it follows the motion; the command is set, and the temperature is slow.
-    spellings
-        how logs call the channel, in lower case, words separated by one space; the order of the
-        words does not matter.
-    guesses
-        units in which a log may hold the channel without saying so, each with the range of the
-        largest absolute value (of the travel, for the position) that is usual in it.
-    """
+    """A column of a record."""
 
     name: str
+    """Name in the file; it ends in the unit, if the channel has one."""
     unit: str
+    """SI unit, or "degC"; "1" for a fraction."""
     meaning: str
+    """The measured quantity, in words."""
     words: str
+    """Short name in plots."""
     shown_unit: str = ""
     factor: float = 1.0
+    """Unit in plots, and the factor from SI to it."""
     plants: tuple[str, ...] = ()
+    """Plants of which the simulator computes the channel."""
     noise: str | None = None
+    """Key in [sensors] of a rig file with the standard deviation of its noise; None if the channel
+    is not simulated."""
     compared: bool = False
+    """Whether the diagnosis compares it with the simulation. The velocity is not compared because
+    it repeats the position. The measured supply pressure also determines the pressure at the valve.
+    """
     moves: bool = True
+    """Whether it follows the motion; the command is set, and the temperature is slow."""
     spellings: tuple[str, ...] = ()
+    """How logs call the channel, in lower case, words separated by one space; the order of the
+    words does not matter."""
     guesses: tuple[Guess, ...] = ()
+    """Units in which a log may hold the channel without saying so, each with the range of the
+    largest absolute value (of the travel, for the position) that is usual in it."""
 
 
 # Ranges of machines with 20 to 420 bar. Where two ranges overlap, a number alone does not tell.

@@ -31,29 +31,20 @@ class Verb:
 
     The command `gap-fleet` is the function `gap_fleet_command` of `ehsid.harness.cli.gap_fleet`,
     and `rig new` is `rig_new_command` of `ehsid.harness.cli.rig_new`.
-
-    Attributes
-    ----------
-    name
-        name that the user types; with a space, the name of a group of commands is in front.
-    summary
-        first line of the docstring of the function; a test compares the two.
-    command_class
-        class of the command.
-    package
-        package of its module.
-    needs
-        module of another project that it cannot work without, or "" where it has all it needs.
-    extra
-        extra of ehsid that installs what it needs.
     """
 
     name: str
+    """Name that the user types; with a space, the name of a group of commands is in front."""
     summary: str
+    """First line of the docstring of the function; a test compares the two."""
     command_class: type[TyperCommand] = TyperCommand
+    """Class of the command."""
     package: str = "ehsid.harness.cli"
+    """Package of its module."""
     needs: str = ""
+    """Module of another project that it cannot work without, or "" where it has all it needs."""
     extra: str = ""
+    """Extra of ehsid that installs what it needs."""
 
     @property
     def stem(self) -> str:

@@ -58,51 +58,34 @@ Write = Callable[[Path, Diagnosis, Sequence[Record], str], object]
 
 @dataclass(frozen=True)
 class Job:
-    """Everything that a diagnosis may know.
-
-    Attributes
-    ----------
-    name
-        name of the case or the machine.
-    rig
-        the rig as configured; `rig_file` is the path that the results name.
-    fitted, held_out
-        records to fit, and held-out records.
-    options
-        the options of the diagnosis.
-    """
+    """Everything that a diagnosis may know."""
 
     name: str
+    """Name of the case or the machine."""
     rig: Rig
+    """The rig as configured; `rig_file` is the path that the results name."""
     rig_file: str
     fitted: tuple[Record, ...]
     held_out: tuple[Record, ...]
+    """Records to fit, and held-out records."""
     options: DiagnosisOptions = DEFAULTS
+    """The options of the diagnosis."""
 
 
 @dataclass(frozen=True)
 class Outcome:
-    """Result of a job.
-
-    Attributes
-    ----------
-    name
-        name of the job.
-    files
-        contents of the files by name; only `ERROR` where the diagnosis raised an exception.
-    word
-        the verdict, or the last line of the error.
-    seconds
-        time that the job took, s.
-    said
-        what was to be shown on stderr meanwhile, such as what was taken for what in a log.
-    """
+    """Result of a job."""
 
     name: str
+    """Name of the job."""
     files: dict[str, bytes]
+    """Contents of the files by name; only `ERROR` where the diagnosis raised an exception."""
     word: str
+    """The verdict, or the last line of the error."""
     seconds: float
+    """Time that the job took, s."""
     said: str = ""
+    """What was to be shown on stderr meanwhile, such as what was taken for what in a log."""
 
     @property
     def failed(self) -> bool:
@@ -215,24 +198,17 @@ BEHIND_TOGETHER = ((3.0, 2.4), (math.inf, 4.0))
 
 @dataclass(frozen=True)
 class Known:
-    """What is known when a stage begins.
-
-    Attributes
-    ----------
-    calibrated, best
-        ln of the held-out errors over the noise floor, of the rig with its values fitted and of
-        the set that is ahead.
-    apart
-        whether the set that is ahead explains held-out data clearly less than those fitted.
-    tasks
-        long fits of "at length", sets that "together" extends, sets that "laws" begins with, sets
-        beside the best one that "where" leaves to an experiment; 0 for other stages.
-    """
+    """What is known when a stage begins."""
 
     calibrated: float
     best: float
+    """ln of the held-out errors over the noise floor, of the rig with its values fitted and of the
+    set that is ahead."""
     apart: bool = False
+    """Whether the set that is ahead explains held-out data clearly less than those fitted."""
     tasks: int = 0
+    """Long fits of "at length", sets that "together" extends, sets that "laws" begins with, sets
+    beside the best one that "where" leaves to an experiment; 0 for other stages."""
 
 
 class Pace:

@@ -18,11 +18,6 @@ class DiagnosisOptions:
     The command line makes them in `cli/gap.py`, the Python interface of the keyword
     arguments in `DiagnosisChoices`. Workbench, fleets and the lab hand the value on as it is.
 
-    Attributes
-    ----------
-    exclude
-        ids of effects that are not searched for, each once.
-
     Raises
     ------
     ValueError
@@ -30,6 +25,7 @@ class DiagnosisOptions:
     """
 
     exclude: Sequence[str] = ()
+    """Ids of effects that are not searched for, each once."""
 
     def __post_init__(self) -> None:
         """Checks the ids."""

@@ -50,87 +50,60 @@ class UnknownInput:
     """What would have to be added to an equation for the simulator to follow the fitted records.
 
     It is given at M nodes, one each 20 ms inside the windows of the diagnosis.
-
-    Attributes
-    ----------
-    adds_to
-        name of the equation, as in a table of a rig file; it tells the unit.
-    record, window
-        number of the record, and of the window in it, of each node, shape (M,).
-    time_s
-        time in the record, shape (M,).
-    value, deviation
-        mean and standard deviation, shape (M,).
-    of, at
-        the variable of which it is most nearly a smooth function, and its values, shape (M,).
-    explained
-        share of the squares that such a function has, 0 to 1.
     """
 
     adds_to: str
+    """Name of the equation, as in a table of a rig file; it tells the unit."""
     record: npt.NDArray[np.int64]
     window: npt.NDArray[np.int64]
+    """Number of the record, and of the window in it, of each node, shape (M,)."""
     time_s: FloatArray
+    """Time in the record, shape (M,)."""
     value: FloatArray
     deviation: FloatArray
+    """Mean and standard deviation, shape (M,)."""
     of: str
     at: FloatArray
+    """The variable of which it is most nearly a smooth function, and its values, shape (M,)."""
     explained: float
+    """Share of the squares that such a function has, 0 to 1."""
 
 
 @dataclass(frozen=True, eq=False)
 class HeldOutRun:
-    """A held-out record beside its simulations; arrays of shape (N,).
-
-    Attributes
-    ----------
-    record
-        name of the record (file stem).
-    time_s
-        time of the samples, s.
-    window
-        number of the simulation window, -1 where a sample is not compared.
-    command_v
-        command as logged, V.
-    measured, nominal, calibrated, augmented
-        measured and simulated signals by output.
-    """
+    """A held-out record beside its simulations; arrays of shape (N,)."""
 
     record: str
+    """Name of the record (file stem)."""
     time_s: FloatArray
+    """Time of the samples, s."""
     window: npt.NDArray[np.int64]
+    """Number of the simulation window, -1 where a sample is not compared."""
     command_v: FloatArray
+    """Command as logged, V."""
     measured: Mapping[str, FloatArray]
     nominal: Mapping[str, FloatArray]
     calibrated: Mapping[str, FloatArray]
     augmented: Mapping[str, FloatArray]
+    """Measured and simulated signals by output."""
 
 
 @dataclass(frozen=True, eq=False)
 class Interim:
-    """What is known when a stage of a diagnosis begins; none of it is a result yet.
-
-    Attributes
-    ----------
-    stage
-        what is done now.
-    runs
-        held-out data, measured and simulated: as configured, with the values of the rig fitted,
-        and with the set that is ahead so far.
-    how_far
-        the gaps of these simulations.
-    ahead
-        ids of the effects of the set that is ahead; none where the rig alone is.
-    sets
-        sets of effects that were fitted, each with the nrmse that it leaves on held-out data,
-        smallest first.
-    """
+    """What is known when a stage of a diagnosis begins; none of it is a result yet."""
 
     stage: Stage
+    """What is done now."""
     runs: tuple[HeldOutRun, ...]
+    """Held-out data, measured and simulated: as configured, with the values of the rig fitted, and
+    with the set that is ahead so far."""
     how_far: HowFar
+    """The gaps of these simulations."""
     ahead: tuple[str, ...]
+    """Ids of the effects of the set that is ahead; none where the rig alone is."""
     sets: tuple[tuple[tuple[str, ...], float], ...]
+    """Sets of effects that were fitted, each with the nrmse that it leaves on held-out data,
+    smallest first."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -139,74 +112,57 @@ class Diagnosis:
 
     Attributes
     ----------
-    verdict
-        one of the six verdicts.
-    sentence
-        the verdict in one plain sentence.
-    reasons
-        what the verdict rests on, one sentence each.
     where, effects, ambiguity_set, candidates, cannot_judge, next_experiment, how_far, calibration
         as the contract defines them; how_far is None where the data are insufficient.
-    outside_probability
-        that the cause is outside of the catalogue; None where the data are insufficient.
-    missing_laws
-        laws of a cause outside of the catalogue; empty where the catalogue suffices, or where no
-        law can be told.
-    remarks
-        remarks of the gate on the data.
-    runs
-        held-out records beside their simulations.
-    rig
-        the rig as configured.
-    augmented_rig
-        the rig with the estimated values and effects.
-    outputs, outputs_left_out
-        outputs that were compared, and those that were not.
-    records
-        role of each record by its name: "fit", "held out" or "fit and held out".
-    settings
-        settings of the diagnosis by name.
-    seconds
-        duration of the diagnosis, s.
-    unknown_inputs
-        what the equations with a large share lack over the time.
-    law_forms
-        for each of `missing_laws` the values at its knots of the simple form that `looks_like`
-        names; None where none fits.
-    next_record
-        the record of `next_experiment`: time_s and command_v, ready to be sent; position_m as the
-        best candidate predicts it.
-    in_sigmas
-        by name of `calibration`: what was found minus the centre of the prior that the fit used, in
-        standard deviations of this prior; None where the prior has no bounded deviation.
     """
 
     verdict: Verdict
+    """One of the six verdicts."""
     sentence: str
+    """The verdict in one plain sentence."""
     reasons: tuple[str, ...]
+    """What the verdict rests on, one sentence each."""
     where: Where
     effects: tuple[Effect, ...]
     ambiguity_set: tuple[tuple[str, ...], ...]
     candidates: tuple[Candidate, ...]
     cannot_judge: tuple[CannotJudge, ...]
     outside_probability: float | None
+    """That the cause is outside of the catalogue; None where the data are insufficient."""
     missing_laws: tuple[MissingLaw, ...]
+    """Laws of a cause outside of the catalogue; empty where the catalogue suffices, or where no law
+    can be told."""
     next_experiment: NextExperiment | None
     how_far: HowFar | None
     calibration: Mapping[str, Calibrated]
     remarks: tuple[Remark, ...]
+    """Remarks of the gate on the data."""
     runs: tuple[HeldOutRun, ...]
+    """Held-out records beside their simulations."""
     rig: Rig
+    """The rig as configured."""
     augmented_rig: Rig
+    """The rig with the estimated values and effects."""
     outputs: tuple[str, ...]
     outputs_left_out: tuple[str, ...]
+    """Outputs that were compared, and those that were not."""
     records: Mapping[str, str]
+    """Role of each record by its name: "fit", "held out" or "fit and held out"."""
     settings: Mapping[str, object]
+    """Settings of the diagnosis by name."""
     seconds: float
+    """Duration of the diagnosis, s."""
     unknown_inputs: tuple[UnknownInput, ...] = ()
+    """What the equations with a large share lack over the time."""
     law_forms: tuple[tuple[float, ...] | None, ...] = ()
+    """For each of `missing_laws` the values at its knots of the simple form that `looks_like`
+    names; None where none fits."""
     next_record: Record | None = None
+    """The record of `next_experiment`: time_s and command_v, ready to be sent; position_m as the
+    best candidate predicts it."""
     in_sigmas: Mapping[str, Estimate | None] = field(default_factory=dict)
+    """By name of `calibration`: what was found minus the centre of the prior that the fit used, in
+    standard deviations of this prior; None where the prior has no bounded deviation."""
 
 
 def diagnosis_file(diagnosis: Diagnosis, records: Sequence[Record], rig_file: str) -> DiagnosisFile:

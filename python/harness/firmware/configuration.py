@@ -16,23 +16,16 @@ from ..models.identification import ArxOrders, IdentificationError
 
 @dataclass(frozen=True, eq=False)
 class Seed:
-    """Initial estimate of an estimator with n parameters.
-
-    Attributes
-    ----------
-    theta
-        parameters, shape (n,), in the units of the signals about the offsets of the scaling.
-    u, d
-        factors of the covariance P = u diag(d) u' of the scaled parameters, in units of sigma^2;
-        u has shape (n, n) and is unit upper triangular, d has shape (n,) and is > 0.
-    noise_variance
-        sigma^2 in squared units of the position, >= 0; 0 if it is unknown.
-    """
+    """Initial estimate of an estimator with n parameters."""
 
     theta: FloatArray
+    """Parameters, shape (n,), in the units of the signals about the offsets of the scaling."""
     u: FloatArray
     d: FloatArray
+    """Factors of the covariance P = u diag(d) u' of the scaled parameters, in units of sigma^2; u
+    has shape (n, n) and is unit upper triangular, d has shape (n,) and is > 0."""
     noise_variance: float
+    """sigma^2 in squared units of the position, >= 0; 0 if it is unknown."""
 
     @classmethod
     def from_covariance(
@@ -84,29 +77,24 @@ class EstimatorConfiguration:
 
     Attributes
     ----------
-    orders
-        structure of the ARX model; na, nb up to 6, nk up to 20.
     scaling, forgetting, rls, convergence
         settings as `ehsid.ArxEstimator` takes them.
-    reset
-        settings of the reset; with None the estimator never resets.
-    variance0
-        diagonal of the P that a reset restores, of the scaled parameters, in units of sigma^2.
-    input_limit
-        largest plausible absolute value of a scaled signal.
-    seed
-        initial estimate; with None the estimator starts from zero and `variance0`.
     """
 
     orders: ArxOrders
+    """Structure of the ARX model; na, nb up to 6, nk up to 20."""
     scaling: ehsid.Scaling = field(default_factory=ehsid.Scaling)
     forgetting: ehsid.Forgetting = field(default_factory=ehsid.FRatio)
     rls: ehsid.RlsOptions = field(default_factory=ehsid.RlsOptions)
     reset: ehsid.RmseResetOptions | None = field(default_factory=ehsid.RmseResetOptions)
+    """Settings of the reset; with None the estimator never resets."""
     convergence: ehsid.ConvergenceOptions = field(default_factory=ehsid.ConvergenceOptions)
     variance0: float = 1e6
+    """Diagonal of the P that a reset restores, of the scaled parameters, in units of sigma^2."""
     input_limit: float = 1e4
+    """Largest plausible absolute value of a scaled signal."""
     seed: Seed | None = None
+    """Initial estimate; with None the estimator starts from zero and `variance0`."""
 
     def estimator(self) -> ehsid.ArxEstimator:
         """Returns a new float32 estimator with these settings, before its first sample.

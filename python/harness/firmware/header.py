@@ -28,22 +28,15 @@ TRACE_SAMPLES = 64
 
 @dataclass(frozen=True, eq=False)
 class GoldenTrace:
-    """Samples of a record and results of the estimator, as float32.
-
-    Attributes
-    ----------
-    command, position
-        samples, shape (m,), in the units of the signals.
-    innovation
-        `innovation` of the estimator after each sample, shape (m,); 0 before the first estimate.
-    theta
-        estimate after the last sample, shape (n,).
-    """
+    """Samples of a record and results of the estimator, as float32."""
 
     command: Float32
     position: Float32
+    """Samples, shape (m,), in the units of the signals."""
     innovation: Float32
+    """`innovation` of the estimator after each sample, shape (m,); 0 before the first estimate."""
     theta: Float32
+    """Estimate after the last sample, shape (n,)."""
 
     @classmethod
     def of(

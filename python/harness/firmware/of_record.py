@@ -20,24 +20,16 @@ FILE_NAMES = {False: "servo_configuration.hpp", True: "servo_configuration.h"}
 
 @dataclass(frozen=True)
 class Header:
-    """A header for a firmware.
-
-    Attributes
-    ----------
-    text
-        content of the file.
-    export
-        configuration and offline model from which it was made.
-    tested
-        what its self-test covers, in words.
-    converges
-        whether the estimator reports that it has converged at the end of the record.
-    """
+    """A header for a firmware."""
 
     text: str
+    """Content of the file."""
     export: Export
+    """Configuration and offline model from which it was made."""
     tested: str
+    """What its self-test covers, in words."""
     converges: bool
+    """Whether the estimator reports that it has converged at the end of the record."""
 
     @property
     def orders(self) -> ArxOrders:

@@ -32,21 +32,14 @@ VAGUER = 100.0
 
 @dataclass(frozen=True, eq=False)
 class Export:
-    """A seeded configuration and the offline model from which it was made.
-
-    Attributes
-    ----------
-    configuration
-        all settings of the estimator.
-    model
-        offline model of the scaled record.
-    inflation
-        factor on the covariance of the model.
-    """
+    """A seeded configuration and the offline model from which it was made."""
 
     configuration: EstimatorConfiguration
+    """All settings of the estimator."""
     model: ArxModel
+    """Offline model of the scaled record."""
     inflation: float
+    """Factor on the covariance of the model."""
 
     @property
     def counts_for(self) -> float:

@@ -31,57 +31,38 @@ class Status(StrEnum):
 
 @dataclass(frozen=True)
 class Finding:
-    """Outcome of one check of a rig against a record.
-
-    Attributes
-    ----------
-    check
-        what was compared, in a few words.
-    status
-        its outcome.
-    text
-        one or more sentences with the numbers; where it does not fit, with the value to change.
-    value
-        full name of the value of the rig, or None where it is none.
-    factor
-        what the record shows over what the rig says; None if that is no ratio.
-    fitting
-        the range of factors that fit, low and high; None without a range, or at an end without a
-        bound.
-    """
+    """Outcome of one check of a rig against a record."""
 
     check: str
+    """What was compared, in a few words."""
     status: Status
+    """Its outcome."""
     text: str
+    """One or more sentences with the numbers; where it does not fit, with the value to change."""
     value: str | None
+    """Full name of the value of the rig, or None where it is none."""
     factor: float | None
+    """What the record shows over what the rig says; None if that is no ratio."""
     fitting: tuple[float | None, float | None] | None
+    """The range of factors that fit, low and high; None without a range, or at an end without a
+    bound."""
 
 
 @dataclass(frozen=True, eq=False)
 class RecordCheck:
-    """All findings on one record.
-
-    Attributes
-    ----------
-    record
-        name of the record.
-    findings
-        in the order in which they should be read: a wrong sign makes the others worthless.
-    notes
-        what else is to be known about the record, one sentence each.
-    time_s, speed_m_s
-        times and measured speeds, smoothed, shape (N,).
-    expected_m_s
-        speed by the values of the rig, shape (N,); None for a plant without a valve's flow.
-    """
+    """All findings on one record."""
 
     record: str
+    """Name of the record."""
     findings: Sequence[Finding]
+    """In the order in which they should be read: a wrong sign makes the others worthless."""
     notes: Sequence[str]
+    """What else is to be known about the record, one sentence each."""
     time_s: FloatArray
     speed_m_s: FloatArray
+    """Times and measured speeds, smoothed, shape (N,)."""
     expected_m_s: FloatArray | None
+    """Speed by the values of the rig, shape (N,); None for a plant without a valve's flow."""
 
 
 @dataclass(frozen=True)

@@ -28,18 +28,13 @@ from ..rigs import Rig
 
 @dataclass(frozen=True, eq=False)
 class Kernel:
-    """A smooth kernel of unit area, and its derivatives; each of shape (n,), n odd.
-
-    Attributes
-    ----------
-    phi, first, second
-        kernel, 1; its first derivative, 1/s; its second one, 1/s^2. Each includes the time step,
-        so that a convolution needs no further factor.
-    """
+    """A smooth kernel of unit area, and its derivatives; each of shape (n,), n odd."""
 
     phi: FloatArray
     first: FloatArray
     second: FloatArray
+    """Kernel, 1; its first derivative, 1/s; its second one, 1/s^2. Each includes the time step, so
+    that a convolution needs no further factor."""
 
     def smooth(self, signal: FloatArray, order: int = 0) -> FloatArray:
         """Returns the smoothed signal or its derivative, where the whole kernel lies in it.
@@ -124,27 +119,18 @@ def areas(rig: Rig) -> Areas:
 
 @dataclass(frozen=True, eq=False)
 class Motion:
-    """A record, smoothed, with the command shifted by its delay.
-
-    Attributes
-    ----------
-    kernel
-        with which all signals are smoothed.
-    delay_s
-        delay of the speed behind the command, s; None if it cannot be told.
-    opening
-        delayed command as a share of the rated one, shape (N,), not smoothed.
-    speed
-        smoothed, m/s, shape (N - n + 1,) with a kernel of n samples.
-    related
-        correlation of the speed and the delayed command.
-    """
+    """A record, smoothed, with the command shifted by its delay."""
 
     kernel: Kernel
+    """With which all signals are smoothed."""
     delay_s: float | None
+    """Delay of the speed behind the command, s; None if it cannot be told."""
     opening: FloatArray
+    """Delayed command as a share of the rated one, shape (N,), not smoothed."""
     speed: FloatArray
+    """Smoothed, m/s, shape (N - n + 1,) with a kernel of n samples."""
     related: float
+    """Correlation of the speed and the delayed command."""
 
 
 def motion(record: Record, rig: Rig) -> Motion:
@@ -190,25 +176,18 @@ def _delay(
 
 @dataclass(frozen=True)
 class FlowGain:
-    """Rated flow that explains the speed, m^3/s at the drop of the rig; None if it cannot be told.
-
-    Attributes
-    ----------
-    a_out, a_back
-        of the edge at A, extending and retracting.
-    b_out, b_back
-        the same of the edge at B.
-    unexplained
-        what the balances leave over the flow that only the edges can give, of both edges together:
-        a bound of the relative error of A over B. A fast command leaves much, because the spool
-        follows it late.
-    """
+    """Rated flow that explains the speed, m^3/s at the drop of the rig; None if it is not known."""
 
     a_out: float | None
     a_back: float | None
+    """Of the edge at A, extending and retracting."""
     b_out: float | None
     b_back: float | None
+    """The same of the edge at B."""
     unexplained: float
+    """What the balances leave over the flow that only the edges can give, of both edges together: a
+    bound of the relative error of A over B. A fast command leaves much, because the spool follows
+    it late."""
 
     @property
     def extending(self) -> float | None:
@@ -245,22 +224,15 @@ def geometric_mean(one: float | None, other: float | None) -> float | None:
 
 @dataclass(frozen=True, eq=False)
 class Edge:
-    """Flow balance of one chamber: area * speed + stored = q_r * (out + back), all smoothed.
-
-    Attributes
-    ----------
-    area
-        of the piston at this side, m^2.
-    stored
-        flow that compresses the oil, m^3/s, shape (N,).
-    out, back
-        flow of the edge while the valve extends and retracts, as a share of the rated flow, (N,).
-    """
+    """Flow balance of one chamber: area * speed + stored = q_r * (out + back), all smoothed."""
 
     area: float
+    """Of the piston at this side, m^2."""
     stored: FloatArray
+    """Flow that compresses the oil, m^3/s, shape (N,)."""
     out: FloatArray
     back: FloatArray
+    """Flow of the edge while the valve extends and retracts, as a share of the rated flow, (N,)."""
 
 
 def edge_balances(

@@ -123,21 +123,14 @@ SUPPLY_RANGE = (0.4, 2.5)
 
 @dataclass(frozen=True)
 class Edges:
-    """Ratio of the areas and supply pressure that the chamber pressures fit.
-
-    Attributes
-    ----------
-    part
-        area at the rod side over area at the cap side.
-    supply_pa
-        supply pressure at the valve, absolute, Pa; None where it is measured.
-    gain
-        rated flow with this supply pressure.
-    """
+    """Ratio of the areas and supply pressure that the chamber pressures fit."""
 
     part: float
+    """Area at the rod side over area at the cap side."""
     supply_pa: float | None
+    """Supply pressure at the valve, absolute, Pa; None where it is measured."""
     gain: FlowGain
+    """Rated flow with this supply pressure."""
 
 
 def edges(record: Record, rig: Rig, moved: Motion, area: Areas) -> Edges | None:

@@ -27,43 +27,30 @@ class FleetEffect:
 
 @dataclass(frozen=True)
 class Machine:
-    """A machine and a summary of its diagnosis.
-
-    Attributes
-    ----------
-    name
-        name of its folder.
-    verdict, sentence
-        verdict of its diagnosis, and the verdict as a sentence.
-    nominal, calibrated, augmented
-        gaps on held-out data, nrmse: of the simulator as configured, with fitted values, and with
-        effects; NaN where not judged.
-    noise_floor
-        lowest and highest noise floor, nrmse.
-    structural
-        calibrated gap above the highest noise floor, nrmse, not below zero; NaN where not judged.
-    effects
-        effects that the diagnosis named.
-    ambiguity_set
-        sets of ids that explain the records equally well, the named one first.
-    cannot_judge
-        by id of an effect, why the records do not allow to judge it.
-    why
-        reasons of the verdict.
-    """
+    """A machine and a summary of its diagnosis."""
 
     name: str
+    """Name of its folder."""
     verdict: str
     sentence: str
+    """Verdict of its diagnosis, and the verdict as a sentence."""
     nominal: float
     calibrated: float
     augmented: float
+    """Gaps on held-out data, nrmse: of the simulator as configured, with fitted values, and with
+    effects; NaN where not judged."""
     noise_floor: tuple[float, float]
+    """Lowest and highest noise floor, nrmse."""
     structural: float
+    """Calibrated gap above the highest noise floor, nrmse, not below zero; NaN where not judged."""
     effects: tuple[FleetEffect, ...]
+    """Effects that the diagnosis named."""
     ambiguity_set: tuple[tuple[str, ...], ...]
+    """Sets of ids that explain the records equally well, the named one first."""
     cannot_judge: Mapping[str, str]
+    """By id of an effect, why the records do not allow to judge it."""
     why: tuple[str, ...]
+    """Reasons of the verdict."""
 
     @property
     def judged(self) -> bool:
@@ -92,30 +79,20 @@ class Shared:
 
 @dataclass(frozen=True)
 class Fleet:
-    """The machines of a fleet in order, and the effects that they share; content of `fleet.json`.
-
-    Attributes
-    ----------
-    schema_version
-        version of the file.
-    ehsid_version
-        version of ehsid that ranked the machines.
-    ranked
-        machines that were judged, the largest structural gap first.
-    not_judged
-        machines whose records do not allow a judgement.
-    failed
-        error messages of machines that could not be diagnosed, by name.
-    shared
-        effects, the most common first.
-    """
+    """The machines of a fleet in order, and the effects that they share; what `fleet.json` has."""
 
     schema_version: Literal[1]
+    """Version of the file."""
     ehsid_version: str
+    """Version of ehsid that ranked the machines."""
     ranked: tuple[Machine, ...]
+    """Machines that were judged, the largest structural gap first."""
     not_judged: tuple[Machine, ...]
+    """Machines whose records do not allow a judgement."""
     failed: Mapping[str, str]
+    """Error messages of machines that could not be diagnosed, by name."""
     shared: tuple[Shared, ...]
+    """Effects, the most common first."""
 
 
 def read_fleet(out: Path, names: Iterable[str], refused: Mapping[str, str] | None = None) -> Fleet:

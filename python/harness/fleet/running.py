@@ -196,27 +196,18 @@ def _files_to_send(folder: Path) -> dict[str, bytes] | None:
 
 @dataclass(frozen=True)
 class Sent:
-    """The files of a machine, on their way to where it is diagnosed.
-
-    Attributes
-    ----------
-    name
-        name of the machine.
-    place
-        folder of the fleet on the computer of the user, for messages.
-    files
-        contents by name.
-    options
-        the options of the diagnosis.
-    inputs
-        what determines the result, see `inputs_of`.
-    """
+    """The files of a machine, on their way to where it is diagnosed."""
 
     name: str
+    """Name of the machine."""
     place: str
+    """Folder of the fleet on the computer of the user, for messages."""
     files: Mapping[str, bytes]
+    """Contents by name."""
     options: DiagnosisOptions
+    """The options of the diagnosis."""
     inputs: bytes
+    """What determines the result, see `inputs_of`."""
 
 
 def run_sent(sent: Sent, read: Read, diagnose: Diagnose, write: Write) -> Outcome:

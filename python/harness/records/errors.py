@@ -183,21 +183,14 @@ def damage_named(path: Path, kind: str) -> Iterator[None]:
 
 @dataclass(frozen=True)
 class Limit:
-    """A limit.
-
-    Attributes
-    ----------
-    variable
-        environment variable that replaces the default; a whole number above 0.
-    default
-        the limit without that variable.
-    unit
-        what is counted, as the message names it.
-    """
+    """A limit."""
 
     variable: str
+    """Environment variable that replaces the default; a whole number above 0."""
     default: int
+    """The limit without that variable."""
     unit: str
+    """What is counted, as the message names it."""
 
     @property
     def most(self) -> int:

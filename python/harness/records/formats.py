@@ -50,24 +50,16 @@ UNPACKED = "unpack it, and name the file in it"
 
 
 class Unread(NamedTuple):
-    """A kind of file that is not read.
-
-    Attributes
-    ----------
-    name
-        what the file is, for a sentence.
-    endings
-        endings that only this kind has.
-    export
-        how to make a file of it that is read.
-    head
-        regular expression of its first bytes; None if they are not known.
-    """
+    """A kind of file that is not read."""
 
     name: str
+    """What the file is, for a sentence."""
     endings: tuple[str, ...]
+    """Endings that only this kind has."""
     export: str
+    """How to make a file of it that is read."""
     head: bytes | None = None
+    """Regular expression of its first bytes; None if they are not known."""
 
 
 UNREAD = (

@@ -42,20 +42,14 @@ GAUGES = MappingProxyType(
 
 @dataclass(frozen=True)
 class ColumnMap:
-    """Name and unit that a column of the schema has in a file.
-
-    Attributes
-    ----------
-    name
-        name of the column as written in the file.
-    unit
-        unit in the notation of pint, e.g. "mm", "bar", "percent", with a factor before it where
-        the numbers are multiples, e.g. "0.1 mm"; None is the unit that the log states, or else, in
-        a layout, that of the schema.
-    """
+    """Name and unit that a column of the schema has in a file."""
 
     name: str
+    """Name of the column as written in the file."""
     unit: str | None = None
+    """Unit in the notation of pint, e.g. "mm", "bar", "percent", with a factor before it where the
+    numbers are multiples, e.g. "0.1 mm"; None is the unit that the log states, or else, in a
+    layout, that of the schema."""
 
 
 # Units that messages name, by the unit of the schema; the first are examples, the others only words

@@ -25,20 +25,14 @@ FORM = "CHANNEL=COLUMN or CHANNEL=COLUMN [UNIT], such as 'position_m=Stroke [mm]
 
 @dataclass(frozen=True)
 class Hints:
-    """What the user says about a log; it goes before all that is guessed.
-
-    Attributes
-    ----------
-    maps
-        for a column of the schema: name and unit of the column in the log; without a unit, the
-        unit is that of the log, or else guessed.
-    dt_s
-        sampling time in seconds: of the rows where the log has no time, else the one to which the
-        log is resampled. None: as in the log.
-    """
+    """What the user says about a log; it goes before all that is guessed."""
 
     maps: Mapping[str, ColumnMap] = field(default_factory=lambda: MappingProxyType({}))
+    """For a column of the schema: name and unit of the column in the log; without a unit, the unit
+    is that of the log, or else guessed."""
     dt_s: float | None = None
+    """Sampling time in seconds: of the rows where the log has no time, else the one to which the
+    log is resampled. None: as in the log."""
 
     def __bool__(self) -> bool:
         """Whether anything is said."""

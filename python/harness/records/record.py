@@ -28,47 +28,31 @@ DATES = "dates or times in the log"  # begins the reason of a time that has no u
 
 @dataclass(frozen=True)
 class Taken:
-    """A column of a log and what it was taken for: value in the record = factor x + offset.
-
-    Attributes
-    ----------
-    channel
-        column of the record.
-    column
-        column of the log, or "" where the time comes from elsewhere.
-    unit
-        unit of the log in the notation of `ColumnMap`; None is the unit of the record.
-    factor, offset
-        the conversion.
-    why
-        the reason, in words.
-    """
+    """A column of a log and what it was taken for: value in the record = factor x + offset."""
 
     channel: str
+    """Column of the record."""
     column: str
+    """Column of the log, or "" where the time comes from elsewhere."""
     unit: str | None
+    """Unit of the log in the notation of `ColumnMap`; None is the unit of the record."""
     factor: float
     offset: float
+    """The conversion."""
     why: str
+    """The reason, in words."""
 
 
 @dataclass(frozen=True)
 class Origin:
-    """How a log became a record.
-
-    Attributes
-    ----------
-    kind
-        what the file was taken for, such as "text, columns separated by ';', decimal comma".
-    taken
-        the columns that are in the record.
-    remarks
-        sentences on what was changed, left out or guessed.
-    """
+    """How a log became a record."""
 
     kind: str
+    """What the file was taken for, such as "text, columns separated by ';', decimal comma"."""
     taken: tuple[Taken, ...]
+    """The columns that are in the record."""
     remarks: tuple[str, ...]
+    """Sentences on what was changed, left out or guessed."""
 
     def to_dict(self) -> dict[str, Any]:
         """Returns the origin as plain values for JSON."""
@@ -139,43 +123,29 @@ def with_reading(results: dict[str, Any], origin: Origin | None) -> dict[str, An
 
 @dataclass(frozen=True, eq=False)
 class Record:
-    """Uniform samples of named columns; arrays are read-only.
-
-    Attributes
-    ----------
-    name
-        stem of the file name, or the name given to `make_record`.
-    columns
-        finite float64 array of shape (n,) for each column name, without `time_s`.
-    time_s
-        time in seconds, float64 array of shape (n,); None if the sampling time is not known.
-    dt_s
-        sampling time in seconds, or None (then time is counted in samples).
-    segments
-        slices of samples without a gap; they cover the record in order.
-    jitter
-        deviation of the time steps from dt_s; None without time.
-    gaps
-        gaps in time between the segments.
-    source
-        file from which the record was read, or None.
-    sha256
-        SHA-256 hex digest of the bytes of that file, or None.
-    origin
-        what was taken for what in a log that does not follow the schema; None for a record that
-        does.
-    """
+    """Uniform samples of named columns; arrays are read-only."""
 
     name: str
+    """Stem of the file name, or the name given to `make_record`."""
     columns: Mapping[str, npt.NDArray[np.float64]]
+    """Finite float64 array of shape (n,) for each column name, without `time_s`."""
     time_s: npt.NDArray[np.float64] | None
+    """Time in seconds, float64 array of shape (n,); None if the sampling time is not known."""
     dt_s: float | None
+    """Sampling time in seconds, or None (then time is counted in samples)."""
     segments: tuple[slice, ...]
+    """Slices of samples without a gap; they cover the record in order."""
     jitter: Jitter | None
+    """Deviation of the time steps from dt_s; None without time."""
     gaps: tuple[Gap, ...]
+    """Gaps in time between the segments."""
     source: Path | None = None
+    """File from which the record was read, or None."""
     sha256: str | None = None
+    """SHA-256 hex digest of the bytes of that file, or None."""
     origin: Origin | None = None
+    """What was taken for what in a log that does not follow the schema; None for a record that
+    does."""
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "columns", MappingProxyType(dict(self.columns)))

@@ -28,40 +28,26 @@ class TimeError(RecordError):
 
 @dataclass(frozen=True)
 class Jitter:
-    """Deviation of the time steps inside segments from the sampling time dt.
-
-    Attributes
-    ----------
-    max_relative
-        largest |step - dt| / dt.
-    rms_relative
-        root mean square of (step - dt) / dt.
-    worst_row
-        row at the end of the step with the largest deviation, counted as in `RecordError.row`.
-    """
+    """Deviation of the time steps inside segments from the sampling time dt."""
 
     max_relative: float
+    """Largest |step - dt| / dt."""
     rms_relative: float
+    """Root mean square of (step - dt) / dt."""
     worst_row: int
+    """Row at the end of the step with the largest deviation, counted as in `RecordError.row`."""
 
 
 @dataclass(frozen=True)
 class Gap:
-    """A gap in the time of a record.
-
-    Attributes
-    ----------
-    row
-        row of the first sample after the gap, counted as in `RecordError.row`.
-    start_s
-        time of the last sample before the gap, in seconds.
-    duration_s
-        time between the two samples around the gap, in seconds.
-    """
+    """A gap in the time of a record."""
 
     row: int
+    """Row of the first sample after the gap, counted as in `RecordError.row`."""
     start_s: float
+    """Time of the last sample before the gap, in seconds."""
     duration_s: float
+    """Time between the two samples around the gap, in seconds."""
 
 
 @dataclass(frozen=True)

@@ -41,30 +41,20 @@ LINES = (0.2, "lines as given, and 5 % of the swept volume for ports")
 
 @dataclass(frozen=True)
 class Entry:
-    """A value of a rig with its origin.
-
-    Attributes
-    ----------
-    key
-        full name, such as "cylinder.bore_m" or "sensors.spool_noise".
-    value
-        in the unit of the rig file.
-    sigma
-        relative 1-sigma; None for a sensor.
-    given
-        whether the user gave it; else it is typical.
-    shown
-        the value in the units of engineers.
-    why
-        reason of the value or of its uncertainty, in plain words.
-    """
+    """A value of a rig with its origin."""
 
     key: str
+    """Full name, such as "cylinder.bore_m" or "sensors.spool_noise"."""
     value: float
+    """In the unit of the rig file."""
     sigma: float | None
+    """Relative 1-sigma; None for a sensor."""
     given: bool
+    """Whether the user gave it; else it is typical."""
     shown: str
+    """The value in the units of engineers."""
     why: str
+    """Reason of the value or of its uncertainty, in plain words."""
 
 
 def ehs_entries(known: Mapping[str, Quantity], *, double_rod: bool, hoses: bool) -> list[Entry]:

@@ -44,24 +44,16 @@ _GRADE = re.compile(r"\s*(?:(?:ISO|VG|HL|HLP|HVLP|HM|HV)[\s-]*)*(\d{1,4})\s*", r
 
 @dataclass(frozen=True)
 class Quantity:
-    """A quantity as given, and its value in SI units.
-
-    Attributes
-    ----------
-    value
-        in the unit of the rig file; for a command the number as given.
-    text
-        as the user would write it, with its unit.
-    assumed
-        whether the unit was not given, so that the usual one was taken.
-    sigma
-        relative 1-sigma, if the user gave one.
-    """
+    """A quantity as given, and its value in SI units."""
 
     value: float
+    """In the unit of the rig file; for a command the number as given."""
     text: str
+    """As the user would write it, with its unit."""
     assumed: bool = False
+    """Whether the unit was not given, so that the usual one was taken."""
     sigma: float | None = None
+    """Relative 1-sigma, if the user gave one."""
 
 
 @cache

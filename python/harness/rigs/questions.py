@@ -17,30 +17,20 @@ from .writing import commented_text
 
 @dataclass(frozen=True)
 class Question:
-    """Something that an engineer may know of her machine.
-
-    Attributes
-    ----------
-    name
-        of the option, without dashes.
-    words
-        what is asked for.
-    usual
-        unit of a number without one.
-    si
-        unit of the rig file; "command" for the rated command, "grade" for the oil.
-    essential
-        whether there is no rig without it.
-    why
-        what to know about it, for the terminal.
-    """
+    """Something that an engineer may know of her machine."""
 
     name: str
+    """Of the option, without dashes."""
     words: str
+    """What is asked for."""
     usual: str
+    """Unit of a number without one."""
     si: str
+    """Unit of the rig file; "command" for the rated command, "grade" for the oil."""
     essential: bool
+    """Whether there is no rig without it."""
     why: str
+    """What to know about it, for the terminal."""
 
 
 EHS = (

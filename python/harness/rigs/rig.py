@@ -53,26 +53,18 @@ NAME = re.compile(r"[A-Za-z0-9_-]+")
 
 @dataclass(frozen=True)
 class TableLaw:
-    """Term of an equation: linear between the knots of a variable, constant beyond them.
-
-    Attributes
-    ----------
-    adds_to
-        equation, one of `EQUATIONS`: "spool" (opening, fraction of rated command), "flow_a" and
-        "flow_b" (flow into a chamber, m^3/s), "force" (against extension, N), "sensor" (reading of
-        the position, m), "delay" (of the command path, s).
-    of
-        variable, one of `VARIABLES`.
-    knots
-        values of the variable, rising, at least two.
-    values
-        term at each knot.
-    """
+    """Term of an equation: linear between the knots of a variable, constant beyond them."""
 
     adds_to: str
+    """Equation, one of `EQUATIONS`: "spool" (opening, fraction of rated command), "flow_a" and
+    "flow_b" (flow into a chamber, m^3/s), "force" (against extension, N), "sensor" (reading of the
+    position, m), "delay" (of the command path, s)."""
     of: str
+    """Variable, one of `VARIABLES`."""
     knots: tuple[float, ...]
+    """Values of the variable, rising, at least two."""
     values: tuple[float, ...]
+    """Term at each knot."""
 
     @property
     def shape(self) -> tuple[str, str, tuple[float, ...]]:
@@ -166,34 +158,23 @@ PlantName = Literal["ehs", "axis", "linear"]
 
 @dataclass(frozen=True, eq=False)
 class Rig:
-    """Description of a machine for the simulator.
-
-    Attributes
-    ----------
-    name
-        name of the machine.
-    plant
-        type of the plant: "ehs", "axis" or "linear".
-    values
-        values in SI units by full name, e.g. "load.mass_kg" or "effects.valve_lag.bandwidth_hz".
-        An effect without values is off.
-    uncertainty
-        relative 1-sigma of values, by full name; `sigma` gives the default for other values.
-    sensors
-        standard deviations of the sensor noise by name, e.g. "position_noise_m".
-    columns
-        layout of the records by column name of the schema, for the `layout` of `read_record`.
-    tables
-        terms of the equations that have no name in the catalogue, by their own names.
-    """
+    """Description of a machine for the simulator."""
 
     name: str
+    """Name of the machine."""
     plant: PlantName
+    """Type of the plant: "ehs", "axis" or "linear"."""
     values: Mapping[str, float]
+    """Values in SI units by full name, e.g. "load.mass_kg" or "effects.valve_lag.bandwidth_hz". An
+    effect without values is off."""
     uncertainty: Mapping[str, float] = field(default_factory=dict)
+    """Relative 1-sigma of values, by full name; `sigma` gives the default for other values."""
     sensors: Mapping[str, float] = field(default_factory=dict)
+    """Standard deviations of the sensor noise by name, e.g. "position_noise_m"."""
     columns: Mapping[str, ColumnMap] = field(default_factory=dict)
+    """Layout of the records by column name of the schema, for the `layout` of `read_record`."""
     tables: Mapping[str, TableLaw] = field(default_factory=dict)
+    """Terms of the equations that have no name in the catalogue, by their own names."""
 
     def __post_init__(self) -> None:
         for name in ("values", "uncertainty", "sensors", "columns", "tables"):

@@ -30,27 +30,19 @@ LEAST_POWER, MOST_POWER = -3, 4
 
 
 class ModelTold(msgspec.Struct, frozen=True):
-    """What is told of an identified model.
-
-    Attributes
-    ----------
-    orders
-        the best candidate of each order; the chosen one is marked.
-    reasons, tests, advice
-        why it was chosen, what the residual tests found, and what to be careful with.
-    coefficients, roots
-        of the chosen model.
-    servo
-        K, omega_n and xi as far as they exist, and why not, else.
-    """
+    """What is told of an identified model."""
 
     orders: Table
+    """The best candidate of each order; the chosen one is marked."""
     reasons: list[str]
     tests: list[Tagged]
     advice: list[str]
+    """Why it was chosen, what the residual tests found, and what to be careful with."""
     coefficients: Table
     roots: Table
+    """Of the chosen model."""
     servo: list[str]
+    """K, omega_n and xi as far as they exist, and why not, else."""
 
     def blocks(self) -> list[Told]:
         """Returns all of it in the order of reading."""
@@ -221,25 +213,17 @@ def _figure(figure: Figure, factor: float = 1.0) -> str:
 
 
 class EstimateTold(msgspec.Struct, frozen=True):
-    """What is told of a recursive estimation.
-
-    Attributes
-    ----------
-    servo
-        K, omega_n and xi with their intervals and trust, and what is to be said of them; no blocks
-        where there is no servo.
-    head
-        structure, method and forgetting.
-    parameters
-        at the end of the record, with their intervals.
-    figures
-        figures of the estimation, and what its residuals mean.
-    """
+    """What is told of a recursive estimation."""
 
     servo: list[str | Table]
+    """K, omega_n and xi with their intervals and trust, and what is to be said of them; no blocks
+    where there is no servo."""
     head: str
+    """Structure, method and forgetting."""
     parameters: Table
+    """At the end of the record, with their intervals."""
     figures: list[str]
+    """Figures of the estimation, and what its residuals mean."""
 
     def blocks(self) -> list[Told]:
         """Returns all of it in the order of reading."""

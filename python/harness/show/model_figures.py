@@ -72,25 +72,18 @@ class Curve(msgspec.Struct, frozen=True):
 
 
 class Bode(msgspec.Struct, frozen=True):
-    """A Bode diagram; the frequency is in Hz, or per sample without a sampling time.
-
-    Attributes
-    ----------
-    frequency
-        of the curves.
-    curves
-        magnitude in dB, and phase in degrees.
-    not_excited
-        stretches of the frequency in which the input has next to no power.
-    known_at, source
-        frequencies at which the response is known otherwise, and from where; empty where it is not.
-    """
+    """A Bode diagram; the frequency is in Hz, or per sample without a sampling time."""
 
     frequency: list[float]
+    """Of the curves."""
     curves: list[Curve]
+    """Magnitude in dB, and phase in degrees."""
     not_excited: list[tuple[float, float]]
+    """Stretches of the frequency in which the input has next to no power."""
     known_at: list[float] = []
     source: str = ""
+    """Frequencies at which the response is known otherwise, and from where; empty where it is not.
+    """
 
 
 class Lags(msgspec.Struct, frozen=True):

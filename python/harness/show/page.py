@@ -109,27 +109,18 @@ class Items(msgspec.Struct, frozen=True, tag=True):
 
 
 class Table(msgspec.Struct, frozen=True, tag=True):
-    """A table whose cells are finished text, tagged text, small bars or marks on an axis.
-
-    Attributes
-    ----------
-    caption
-        what the table shows; empty where the text above says it.
-    columns
-        headings of the columns; the first column holds the names of the rows.
-    rows
-        rows with one cell for each column.
-    marked
-        indices of the rows to highlight.
-    note
-        what is to be known of the numbers, below the table.
-    """
+    """A table whose cells are finished text, tagged text, small bars or marks on an axis."""
 
     caption: str
+    """What the table shows; empty where the text above says it."""
     columns: Sequence[str | Scale]
+    """Headings of the columns; the first column holds the names of the rows."""
     rows: Sequence[Sequence[Cell]]
+    """Rows with one cell for each column."""
     marked: Sequence[int] = ()
+    """Indices of the rows to highlight."""
     note: str = ""
+    """What is to be known of the numbers, below the table."""
 
     def align(self, column: int) -> str:
         """Returns the CSS class of a column: "axis", "number" or "text"."""
@@ -245,42 +236,28 @@ class Section:
 
 @dataclass(frozen=True, eq=False)
 class Page:
-    """A whole page.
-
-    Attributes
-    ----------
-    title
-        heading of the page, in the box with the result.
-    lead
-        the result in a few sentences.
-    sections
-        sections in the order of the page.
-    sources
-        publications that the page uses.
-    overline
-        what the page is about, above the box.
-    badge
-        the kind of the result in a word or two.
-    kind
-        CSS class of the box: a verdict, for its colour.
-    summary
-        blocks between the box and the list of the sections: a picture of the result above all.
-    footer
-        texts for the last line, beside the version.
-    window_title
-        title of the browser's window; the heading if it is empty.
-    """
+    """A whole page."""
 
     title: str
+    """Heading of the page, in the box with the result."""
     lead: Sequence[Block]
+    """The result in a few sentences."""
     sections: Sequence[Section]
+    """Sections in the order of the page."""
     sources: Sequence[str] = ()
+    """Publications that the page uses."""
     overline: str = ""
+    """What the page is about, above the box."""
     badge: str = ""
+    """The kind of the result in a word or two."""
     kind: str = ""
+    """CSS class of the box: a verdict, for its colour."""
     summary: Sequence[Block] = ()
+    """Blocks between the box and the list of the sections: a picture of the result above all."""
     footer: Sequence[str] = ()
+    """Texts for the last line, beside the version."""
     window_title: str = ""
+    """Title of the browser's window; the heading if it is empty."""
 
 
 def all_blocks(blocks: Sequence[Block]) -> Iterator[Block]:

@@ -86,37 +86,26 @@ Kind = Literal["one", "two", "none", "params", "open"]
 
 @dataclass(frozen=True)
 class Answer:
-    """The withheld truth of a case.
-
-    Attributes
-    ----------
-    kind
-        "one" or "two" effects of the catalogue, "none", "params" (wrong values only), or "open"
-        (an effect outside of the catalogue).
-    grade, plant, sensors, excitation
-        as the generator names them; excitation of the fitted and of the held-out record.
-    effects
-        sizes by effect and parameter, SI.
-    subsystem
-        subsystems of the effects.
-    true
-        true values of the rig by full name, SI.
-    largest_command
-        largest command in each of the two records, as a share of rated command.
-    families
-        kinds of physics, measurement and excitation of a wide case by trait, to group results.
-    """
+    """The withheld truth of a case."""
 
     kind: Kind
+    """"one" or "two" effects of the catalogue, "none", "params" (wrong values only), or "open" (an
+    effect outside of the catalogue)."""
     grade: str
     plant: str
     sensors: str
     excitation: tuple[str, ...]
+    """As the generator names them; excitation of the fitted and of the held-out record."""
     effects: Mapping[str, Mapping[str, float]]
+    """Sizes by effect and parameter, SI."""
     subsystem: tuple[str, ...]
+    """Subsystems of the effects."""
     true: Mapping[str, float] = field(default_factory=dict)
+    """True values of the rig by full name, SI."""
     largest_command: tuple[float, ...] = ()
+    """Largest command in each of the two records, as a share of rated command."""
     families: Mapping[str, str] = field(default_factory=dict)
+    """Kinds of physics, measurement and excitation of a wide case by trait, to group results."""
 
 
 def read_answers(path: Path) -> dict[str, Answer]:

@@ -31,34 +31,23 @@ LEAST_SECONDS, MOST_SECONDS = 2.0, 120.0
 
 @dataclass(frozen=True)
 class Settings:
-    """Settings that determine the cases, together with the version of ehsid.
-
-    Attributes
-    ----------
-    seed
-        1 or more; checks with different seeds have no case in common.
-    count
-        number of cases, 1 to `SEEDS`.
-    grades
-        taken by the cases in turn, so each grade has an equal share. The score reports each grade
-        separately; equal shares make the widest confidence interval as narrow as possible.
-    sensors
-        sensors of all cases; None: a mix.
-    seconds
-        length of each record, s; None: drawn for each case, 8 to 20 s (slow ones: 30 to 60 s).
-    exclude_truth
-        whether each case has one effect of the catalogue that the diagnosis must leave out.
-    excitations
-        set of which the excitations are drawn; other sets than "all" need grade `wide` alone.
-    """
+    """Settings that determine the cases, together with the version of ehsid."""
 
     seed: int = 1
+    """1 or more; checks with different seeds have no case in common."""
     count: int = 40
+    """Number of cases, 1 to `SEEDS`."""
     grades: tuple[str, ...] = GRADES
+    """Taken by the cases in turn, so each grade has an equal share. The score reports each grade
+    separately; equal shares make the widest confidence interval as narrow as possible."""
     sensors: str | None = None
+    """Sensors of all cases; None: a mix."""
     seconds: float | None = None
+    """Length of each record, s; None: drawn for each case, 8 to 20 s (slow ones: 30 to 60 s)."""
     exclude_truth: bool = False
+    """Whether each case has one effect of the catalogue that the diagnosis must leave out."""
     excitations: str = "all"
+    """Set of which the excitations are drawn; other sets than "all" need grade `wide` alone."""
 
     def __post_init__(self) -> None:
         problem = self._problem()
@@ -119,24 +108,16 @@ CASES, TRANSFER, RESULTS = "cases", "transfer", "results"
 
 @dataclass(frozen=True)
 class Seal:
-    """Digests of the files of a check, and how the check was made.
-
-    Attributes
-    ----------
-    answers_sha256
-        SHA-256 of `answers.json`.
-    files
-        SHA-256 of all files in `cases` and `transfer`, by path below the check's folder.
-    settings
-        settings with which the cases were made.
-    ehsid_version
-        version of ehsid that made them.
-    """
+    """Digests of the files of a check, and how the check was made."""
 
     answers_sha256: str
+    """SHA-256 of `answers.json`."""
     files: dict[str, str]
+    """SHA-256 of all files in `cases` and `transfer`, by path below the check's folder."""
     settings: Settings
+    """Settings with which the cases were made."""
     ehsid_version: str
+    """Version of ehsid that made them."""
 
 
 def _sealed_files(out: Path) -> Iterator[Path]:

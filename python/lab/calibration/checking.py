@@ -45,31 +45,21 @@ LEAST_MACHINES = 20
 
 @dataclass(frozen=True)
 class LeftOut:
-    """A family that was left out.
-
-    Attributes
-    ----------
-    trait, family
-        trait and name of the family.
-    promised
-        share of its machines whose set should hold the truth, as far as they are like the others.
-    coverage
-        share of its machines whose set holds the truth.
-    size
-        mean number of answers in a set.
-    right
-        share of its machines whose first answer is the truth.
-    reliability
-        reliability of the first answers.
-    """
+    """A family that was left out."""
 
     trait: str
     family: str
+    """Trait and name of the family."""
     promised: float
+    """Share of its machines whose set should hold the truth, as far as they are like the others."""
     coverage: Figure
+    """Share of its machines whose set holds the truth."""
     size: Figure
+    """Mean number of answers in a set."""
     right: Figure
+    """Share of its machines whose first answer is the truth."""
     reliability: Reliability
+    """Reliability of the first answers."""
 
 
 def left_out_families(
@@ -142,87 +132,58 @@ SEED = 1
 
 @dataclass(frozen=True)
 class Constant:
-    """A constant of the probabilities.
-
-    Attributes
-    ----------
-    name
-        its name in `diagnosis.deciding`, in small letters.
-    in_use, fitted, error
-        value in use, fitted value and standard error of the latter.
-    deviation
-        fitted less in use, in standard errors.
-    """
+    """A constant of the probabilities."""
 
     name: str
+    """Its name in `diagnosis.deciding`, in small letters."""
     in_use: float
     fitted: float
     error: float
+    """Value in use, fitted value and standard error of the latter."""
     deviation: float
+    """Fitted less in use, in standard errors."""
 
 
 @dataclass(frozen=True)
 class Probabilities:
-    """How good the probabilities of some constants are.
-
-    Attributes
-    ----------
-    words
-        which constants.
-    log_loss
-        mean of -ln of the probability of the truth, nats.
-    right
-        share of the machines whose first answer is the truth.
-    reliability
-        reliability of the first answers and of the effects in them.
-    """
+    """How good the probabilities of some constants are."""
 
     words: str
+    """Which constants."""
     log_loss: Figure
+    """Mean of -ln of the probability of the truth, nats."""
     right: Figure
+    """Share of the machines whose first answer is the truth."""
     reliability: tuple[Reliability, ...]
+    """Reliability of the first answers and of the effects in them."""
 
 
 @dataclass(frozen=True)
 class Calibration:
-    """Content of `calibration.json`.
-
-    Attributes
-    ----------
-    ehsid_version
-        version of ehsid that made it.
-    machines
-        number of machines.
-    kinds, sensors
-        number of machines by kind and by class of sensors.
-    left_out
-        number of cases that were left out, by reason.
-    never_weighed
-        number of machines with effects of the catalogue none of whose weighed sets is the truth.
-    constants
-        constants in use and fitted ones.
-    probabilities
-        quality of the probabilities: with the constants in use, and with fitted ones, where each
-        machine was left out of the fit.
-    sets
-        sets of answers by class of sensors.
-    intervals
-        intervals of sizes and of promised shrinkage by class of sensors.
-    families
-        families that were left out, the worst first.
-    """
+    """Content of `calibration.json`."""
 
     ehsid_version: str
+    """Version of ehsid that made it."""
     machines: int
+    """Number of machines."""
     kinds: Mapping[str, int]
     sensors: Mapping[str, int]
+    """Number of machines by kind and by class of sensors."""
     left_out: Mapping[str, int]
+    """Number of cases that were left out, by reason."""
     never_weighed: int
+    """Number of machines with effects of the catalogue none of whose weighed sets is the truth."""
     constants: tuple[Constant, ...]
+    """Constants in use and fitted ones."""
     probabilities: tuple[Probabilities, ...]
+    """Quality of the probabilities: with the constants in use, and with fitted ones, where each
+    machine was left out of the fit."""
     sets: tuple[ClassOfSensors, ...]
+    """Sets of answers by class of sensors."""
     intervals: tuple[Intervals, ...]
+    """Intervals of sizes and of promised shrinkage by class of sensors."""
     families: tuple[LeftOut, ...]
+    """Families that were left out, the worst first."""
 
 
 def calibrate(found: Found, progress: Progress | None = None) -> Calibration:

@@ -26,29 +26,20 @@ IntArray = npt.NDArray[np.int64]
 
 @dataclass(frozen=True, eq=False)
 class Choices:
-    """The sets of N machines as arrays; M is the largest number of sets of one machine.
-
-    Attributes
-    ----------
-    left, laws, small
-        (N, M): arguments of `posterior.score`; zero where a machine has fewer sets.
-    present
-        (N, M): whether the machine has this set.
-    left_by_none
-        (N,): errors that the calibrated rig leaves.
-    pressures
-        (N,): whether pressures are measured.
-    true
-        (N, M + 1): whether this set is the truth; the last column is "outside of the catalogue".
-    """
+    """The sets of N machines as arrays; M is the largest number of sets of one machine."""
 
     left: FloatArray
     laws: FloatArray
     small: FloatArray
+    """(N, M): arguments of `posterior.score`; zero where a machine has fewer sets."""
     present: BoolArray
+    """(N, M): whether the machine has this set."""
     left_by_none: FloatArray
+    """(N,): errors that the calibrated rig leaves."""
     pressures: BoolArray
+    """(N,): whether pressures are measured."""
     true: BoolArray
+    """(N, M + 1): whether this set is the truth; the last column is "outside of the catalogue"."""
 
     def of(self, which: IntArray | BoolArray) -> Choices:
         """Returns the choices of some of the machines, by index or mask."""

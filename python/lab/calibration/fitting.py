@@ -84,24 +84,16 @@ def read_features(path: Path) -> list[Machine]:
 
 @dataclass(frozen=True, eq=False)
 class Ranked:
-    """K answers for a machine, by falling probability.
-
-    Attributes
-    ----------
-    machine
-        the machine.
-    effects
-        effects of each answer; None for "outside of the catalogue".
-    chances
-        (K,): probabilities; their sum is 1.
-    true
-        (K,): whether the answer is the truth; at least one is.
-    """
+    """K answers for a machine, by falling probability."""
 
     machine: Machine
+    """The machine."""
     effects: tuple[tuple[str, ...] | None, ...]
+    """Effects of each answer; None for "outside of the catalogue"."""
     chances: FloatArray
+    """(K,): probabilities; their sum is 1."""
     true: BoolArray
+    """(K,): whether the answer is the truth; at least one is."""
 
     @property
     def before(self) -> FloatArray:

@@ -46,28 +46,19 @@ LEVELS: dict[str, float] = {name: TARGETS["in_set"][name].least for name in SENS
 
 @dataclass(frozen=True)
 class ClassOfSensors:
-    """Sets of the machines with the same sensors.
-
-    Attributes
-    ----------
-    measured
-        class of the sensors.
-    level
-        promised frequency.
-    threshold
-        threshold from all machines; infinite where there are too few of them for the level.
-    coverage
-        share of the machines whose set holds the truth; each was left out of the fit and of the
-        threshold.
-    size
-        mean number of answers in a set.
-    """
+    """Sets of the machines with the same sensors."""
 
     measured: str
+    """Class of the sensors."""
     level: float
+    """Promised frequency."""
     threshold: float
+    """Threshold from all machines; infinite where there are too few of them for the level."""
     coverage: Figure
+    """Share of the machines whose set holds the truth; each was left out of the fit and of the
+    threshold."""
     size: Figure
+    """Mean number of answers in a set."""
 
 
 def threshold_of(scores: Sequence[float], level: float) -> float:
@@ -154,26 +145,18 @@ PARTS = 5
 
 @dataclass(frozen=True)
 class IntervalKind:
-    """Intervals of one kind.
-
-    Attributes
-    ----------
-    words
-        what they are intervals of.
-    in_use
-        share of the intervals, as the diagnosis gives them, that hold the truth.
-    low, high
-        distances Q by which their ends move outwards: of sizes, share of the size; of shrinkage,
-        shrinkage. Infinite where there are too few machines.
-    corrected
-        share of the intervals with ends that other machines have moved.
-    """
+    """Intervals of one kind."""
 
     words: str
+    """What they are intervals of."""
     in_use: Figure
+    """Share of the intervals, as the diagnosis gives them, that hold the truth."""
     low: float
     high: float
+    """Distances Q by which their ends move outwards: of sizes, share of the size; of shrinkage,
+    shrinkage. Infinite where there are too few machines."""
     corrected: Figure
+    """Share of the intervals with ends that other machines have moved."""
 
 
 @dataclass(frozen=True)

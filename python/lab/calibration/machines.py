@@ -70,35 +70,24 @@ class Promised:
 
 @dataclass(frozen=True)
 class Machine:
-    """A diagnosed machine whose truth is known; one line of `features.jsonl`.
-
-    Attributes
-    ----------
-    name
-        name of its case.
-    kind, grade
-        as the generator names them.
-    measured
-        class of its sensors, one of `scoring.reading.SENSORS`.
-    truth
-        ids of its effects without those that the record itself decides; the set that is wanted.
-    sets
-        weighed sets of effects; the empty set is one of them.
-    families
-        kinds of physics, measurement and excitation by trait.
-    sizes, promises
-        what became of the intervals of sizes and of the promised shrinkage.
-    """
+    """A diagnosed machine whose truth is known; one line of `features.jsonl`."""
 
     name: str
+    """Name of its case."""
     kind: Kind
     grade: str
+    """As the generator names them."""
     measured: str
+    """Class of its sensors, one of `scoring.reading.SENSORS`."""
     truth: tuple[str, ...]
+    """Ids of its effects without those that the record itself decides; the set that is wanted."""
     sets: tuple[WeighedSet, ...]
+    """Weighed sets of effects; the empty set is one of them."""
     families: Mapping[str, str] = field(default_factory=dict)
+    """Kinds of physics, measurement and excitation by trait."""
     sizes: tuple[Size, ...] = ()
     promises: tuple[Promised, ...] = ()
+    """What became of the intervals of sizes and of the promised shrinkage."""
 
     def __post_init__(self) -> None:
         problem = self._problem()

@@ -46,27 +46,18 @@ class Claims:
 
 @dataclass(frozen=True)
 class Reliability:
-    """How well probabilities agree with what is true.
-
-    Attributes
-    ----------
-    words
-        what the probabilities are of.
-    bins
-        bins with equal numbers of claims, by rising probability.
-    error
-        expected calibration error, with the interval of a bootstrap over the machines.
-    meant
-        expected calibration error of outcomes drawn from the probabilities, mean.
-    meant_most
-        its 95th percentile; an error above it is not chance.
-    """
+    """How well probabilities agree with what is true."""
 
     words: str
+    """What the probabilities are of."""
     bins: tuple[Bin, ...]
+    """Bins with equal numbers of claims, by rising probability."""
     error: Figure
+    """Expected calibration error, with the interval of a bootstrap over the machines."""
     meant: float
+    """Expected calibration error of outcomes drawn from the probabilities, mean."""
     meant_most: float
+    """Its 95th percentile; an error above it is not chance."""
 
 
 def first_answers(each: Sequence[Ranked]) -> Claims:

@@ -63,33 +63,23 @@ COLUMNS: Mapping[Sensors, tuple[str, ...]] = MappingProxyType(
 
 @dataclass(frozen=True)
 class RealityCase:
-    """A blind case: what the diagnosis may read, and what is withheld from it.
-
-    Attributes
-    ----------
-    name
-        name of the folder; it is random and has no information on the case.
-    rig_toml
-        text of the rig file.
-    train, validate
-        columns of the record schema by name, each (n,), SI.
-    transfer
-        a third record, under an excitation of another kind; it is withheld like the answer, to see
-        whether the diagnosed rig holds there, too.
-    answer
-        what is withheld, as plain data.
-    truth, healthy
-        constants of the true machine, with the effects and without them.
-    """
+    """A blind case: what the diagnosis may read, and what is withheld from it."""
 
     name: str
+    """Name of the folder; it is random and has no information on the case."""
     rig_toml: str
+    """Text of the rig file."""
     train: Mapping[str, FloatArray]
     validate: Mapping[str, FloatArray]
+    """Columns of the record schema by name, each (n,), SI."""
     transfer: Mapping[str, FloatArray]
+    """A third record, under an excitation of another kind; it is withheld like the answer, to see
+    whether the diagnosed rig holds there, too."""
     answer: Mapping[str, Any]
+    """What is withheld, as plain data."""
     truth: Truth
     healthy: Truth
+    """Constants of the true machine, with the effects and without them."""
 
 
 def make_case(

@@ -19,24 +19,17 @@ PRESSURE_STEPS_PA = (1000.0, 2000.0, 2500.0, 5000.0)
 
 @dataclass(frozen=True)
 class Logger:
-    """How a rig is measured.
-
-    Attributes
-    ----------
-    coloured_share, pole
-        share of the noise's variance that comes from a first-order filter, and its pole.
-    largest_late_s
-        samples are taken late by up to this time, s.
-    position_step_m, pressure_step_pa, command_step
-        steps of the converters; the last one as a fraction of the rated command.
-    """
+    """How a rig is measured."""
 
     coloured_share: float
     pole: float
+    """Share of the noise's variance that comes from a first-order filter, and its pole."""
     largest_late_s: float
+    """Samples are taken late by up to this time, s."""
     position_step_m: float
     pressure_step_pa: float
     command_step: float = 2.0**-15
+    """Steps of the converters; the last one as a fraction of the rated command."""
 
 
 def usual_logger(rig: NominalRig, dt_s: float, hard: bool) -> Logger:

@@ -38,23 +38,16 @@ LAG = ("effects.valve_lag.bandwidth_hz", "effects.valve_lag.damping")
 
 @dataclass(frozen=True)
 class NominalRig:
-    """Values by full name, as the rig file states them, and figures that follow from them.
-
-    Attributes
-    ----------
-    speed_m_s
-        speed at full opening or full force, without load.
-    force_n
-        largest force of the drive: supply pressure on the piston, or rated command times gain.
-    damping_1_s
-        viscous friction over mass, 1/s; it limits the bandwidth of a position loop.
-    """
+    """Values by full name, as the rig file states them, and figures that follow from them."""
 
     plant: PlantKind
     values: Mapping[str, float]
     speed_m_s: float
+    """Speed at full opening or full force, without load."""
     force_n: float
+    """Largest force of the drive: supply pressure on the piston, or rated command times gain."""
     damping_1_s: float
+    """Viscous friction over mass, 1/s; it limits the bandwidth of a position loop."""
     stroke_m: float
 
 

@@ -226,35 +226,25 @@ RELIEF_PART = 0.1  # share of the loss of pressure up to the flow at which the r
 
 @dataclass(frozen=True)
 class Variants:
-    """The laws of one machine.
-
-    Attributes
-    ----------
-    seals
-        law of friction; Stribeck friction is not of Dahl's law, which has none.
-    dahl_exponent, bouc_wen_power, bouc_wen_sigma
-        constants of the two laws.
-    play_shares, play_weights
-        half-widths of a hysteresis in multiples of its size, and their weights: the weighted sum is
-        1, so is the sum of the weights; all 0: one play.
-    lap_difference
-        by which share of a dead band its end at positive commands is wider than their mean.
-    relief_flow
-        flow of a pump with relief valve, in multiples of the flow at half the pressure difference;
-        0: no such pump.
-    relief_loss
-        loss of its pressure at the largest flow, as a share of it, where droop is not an effect.
-    """
+    """The laws of one machine."""
 
     seals: Seals = "LuGre"
+    """Law of friction; Stribeck friction is not of Dahl's law, which has none."""
     dahl_exponent: float = 1.0
     bouc_wen_power: float = 1.5
     bouc_wen_sigma: float = 1.0
+    """Constants of the two laws."""
     play_shares: Plays = NO_PLAYS
     play_weights: Plays = NO_PLAYS
+    """Half-widths of a hysteresis in multiples of its size, and their weights: the weighted sum is
+    1, so is the sum of the weights; all 0: one play."""
     lap_difference: float = 0.0
+    """By which share of a dead band its end at positive commands is wider than their mean."""
     relief_flow: float = 0.0
+    """Flow of a pump with relief valve, in multiples of the flow at half the pressure difference;
+    0: no such pump."""
     relief_loss: float = 0.0
+    """Loss of its pressure at the largest flow, as a share of it, where droop is not an effect."""
 
 
 def draw_variants(rng: np.random.Generator) -> Variants:

@@ -62,34 +62,24 @@ class Baseline:
 
 @dataclass(frozen=True)
 class Control:
-    """Result of a permutation test.
-
-    Attributes
-    ----------
-    words
-        what is counted.
-    real
-        share of the cases of the check that pass the test.
-    chance
-        exact mean of this share over all permutations of the answers among cases with the same
-        sensors.
-    mean, low, high
-        mean of the share over the drawn permutations, and the limits that contain 90 % of them.
-    p_value
-        share of the permutations, the real order among them, that do as well or better; never 0
-        (B. Phipson, G. Smyth, Stat. Appl. Genet. Mol. Biol. 9(1), 2010).
-    deals
-        number of drawn permutations.
-    """
+    """Result of a permutation test."""
 
     words: str
+    """What is counted."""
     real: float
+    """Share of the cases of the check that pass the test."""
     chance: float
+    """Exact mean of this share over all permutations of the answers among cases with the same
+    sensors."""
     mean: float
     low: float
     high: float
+    """Mean of the share over the drawn permutations, and the limits that contain 90 % of them."""
     p_value: float
+    """Share of the permutations, the real order among them, that do as well or better; never 0 (B.
+    Phipson, G. Smyth, Stat. Appl. Genet. Mol. Biol. 9(1), 2010)."""
     deals: int
+    """Number of drawn permutations."""
 
 
 def refit_only(case: ScoredCase) -> Findings:
@@ -270,23 +260,16 @@ class Promise:
 
 @dataclass(frozen=True)
 class Promises:
-    """Predicted and realised values of one measure of shrinkage.
-
-    Attributes
-    ----------
-    words
-        name of the measure.
-    each
-        promises of the cases in which an effect was named.
-    figures
-        shares of the cases whose realised value lies in the predicted interval, whose two intervals
-        overlap, and whose realised value is at least the lower end of the predicted interval; then
-        medians of the realised less the predicted value, of right cases and of the others.
-    """
+    """Predicted and realised values of one measure of shrinkage."""
 
     words: str
+    """Name of the measure."""
     each: tuple[Promise, ...]
+    """Promises of the cases in which an effect was named."""
     figures: tuple[Figure, ...]
+    """Shares of the cases whose realised value lies in the predicted interval, whose two intervals
+    overlap, and whose realised value is at least the lower end of the predicted interval; then
+    medians of the realised less the predicted value, of right cases and of the others."""
 
 
 def realised(nominal: Rig, augmented: Rig, record: Record, findings: Findings) -> Transfer | None:

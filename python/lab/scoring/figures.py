@@ -42,32 +42,22 @@ class Range:
 
 @dataclass(frozen=True)
 class Figure:
-    """A number that a check is judged by.
-
-    Attributes
-    ----------
-    words
-        name of the figure.
-    value
-        the figure; NaN where there is no case for it.
-    low, high
-        90 % interval: Wilson's for a share (J. Am. Stat. Assoc. 22, 1927), that of order statistics
-        for a quantile, percentiles of a bootstrap for a mean.
-    n
-        number of cases, or of other items over which it is computed.
-    unit
-        unit of value, low and high.
-    target
-        None where there is no target.
-    """
+    """A number that a check is judged by."""
 
     words: str
+    """Name of the figure."""
     value: float
+    """The figure; NaN where there is no case for it."""
     low: float
     high: float
+    """90 % interval: Wilson's for a share (J. Am. Stat. Assoc. 22, 1927), that of order statistics
+    for a quantile, percentiles of a bootstrap for a mean."""
     n: int
+    """Number of cases, or of other items over which it is computed."""
     unit: Unit = "share"
+    """Unit of value, low and high."""
     target: Range | None = None
+    """None where there is no target."""
 
     @property
     def met(self) -> Met:
@@ -172,46 +162,30 @@ class Bin:
 
 @dataclass(frozen=True)
 class Reliability:
-    """How well the probabilities of the named effects agree with the share that is true.
-
-    Attributes
-    ----------
-    bins
-        bins that contain claims, by rising probability.
-    claims
-        number of all effects named.
-    brier
-        mean of (p - true)^2 (G. W. Brier, Monthly Weather Review 78(1), 1950); 0 is best.
-    brier_constant
-        Brier score of a constant p, the share that is true; a higher `brier` is worse than none.
-    expected_error
-        sum over bins of their share of the claims times |mean probability - share true|.
-    """
+    """How well the probabilities of the named effects agree with the share that is true."""
 
     bins: tuple[Bin, ...]
+    """Bins that contain claims, by rising probability."""
     claims: int
+    """Number of all effects named."""
     brier: float
+    """Mean of (p - true)^2 (G. W. Brier, Monthly Weather Review 78(1), 1950); 0 is best."""
     brier_constant: float
+    """Brier score of a constant p, the share that is true; a higher `brier` is worse than none."""
     expected_error: float
+    """Sum over bins of their share of the claims times |mean probability - share true|."""
 
 
 @dataclass(frozen=True)
 class RiskPoint:
-    """A point of the risk-coverage curve.
-
-    Attributes
-    ----------
-    threshold
-        lowest probability of the names that are kept.
-    coverage
-        share of all cases in which the first name is kept.
-    risk
-        share of the kept names that are wrong.
-    """
+    """A point of the risk-coverage curve."""
 
     threshold: float
+    """Lowest probability of the names that are kept."""
     coverage: float
+    """Share of all cases in which the first name is kept."""
     risk: Figure
+    """Share of the kept names that are wrong."""
 
 
 @dataclass(frozen=True)
@@ -220,26 +194,22 @@ class SizeError:
 
     Attributes
     ----------
-    case, of, parameter
-        name of the case, id of the effect ("" for a value in the rig file), and the parameter.
-    primary
-        whether it is the first parameter of the effect in the catalogue, which gives its size.
     relative
         |estimate - true| / |true|; infinite where only the true value is 0.
-    inside
-        whether the 90 % interval contains the true value.
-    estimate, true
-        estimate with its 90 % interval, and the true value.
     """
 
     case: str
     of: str
     parameter: str
+    """Name of the case, id of the effect ("" for a value in the rig file), and the parameter."""
     primary: bool
+    """Whether it is the first parameter of the effect in the catalogue, which gives its size."""
     relative: float
     inside: bool
+    """Whether the 90 % interval contains the true value."""
     estimate: Estimate
     true: float
+    """Estimate with its 90 % interval, and the true value."""
 
 
 def claims_of(case: ScoredCase) -> tuple[Claim, ...]:

@@ -68,49 +68,34 @@ class NamedEffect:
 
 @dataclass(frozen=True)
 class Findings:
-    """The parts of a diagnosis file that scoring uses.
-
-    Attributes
-    ----------
-    verdict
-        one of the six verdicts, or `FAILED`.
-    named, sets, candidates, cannot_judge
-        named effects, ambiguity set, candidates and effects not judged, from `which`.
-    subsystem
-        shares of the subsystems, from `where`.
-    equations
-        for each equation its subsystem, and the gain of terms in it, nats.
-    calibration
-        calibrated values by full name.
-    moved
-        whether any value differs from the rig file.
-    gap
-        gap of the calibrated rig over the middle of its noise floor; None where it is not known.
-    of_explainable, from_nominal
-        shrinkage on held-out data.
-    seconds
-        time that the diagnosis took, s.
-    settings
-        settings of the diagnosis.
-    contradictions
-        rules that the statements of the diagnosis break; none where it is consistent.
-    """
+    """The parts of a diagnosis file that scoring uses."""
 
     verdict: str
+    """One of the six verdicts, or `FAILED`."""
     named: tuple[NamedEffect, ...] = ()
     sets: tuple[tuple[str, ...], ...] = ()
     candidates: tuple[Candidate, ...] = ()
     cannot_judge: frozenset[str] = frozenset()
+    """Named effects, ambiguity set, candidates and effects not judged, from `which`."""
     subsystem: Mapping[str, float] = field(default_factory=dict)
+    """Shares of the subsystems, from `where`."""
     equations: tuple[tuple[str, float], ...] = ()
+    """For each equation its subsystem, and the gain of terms in it, nats."""
     calibration: Mapping[str, Estimate] = field(default_factory=dict)
+    """Calibrated values by full name."""
     moved: bool = False
+    """Whether any value differs from the rig file."""
     gap: float | None = None
+    """Gap of the calibrated rig over the middle of its noise floor; None where it is not known."""
     of_explainable: Estimate | None = None
     from_nominal: Estimate | None = None
+    """Shrinkage on held-out data."""
     seconds: float = math.nan
+    """Time that the diagnosis took, s."""
     settings: Mapping[str, Any] = field(default_factory=dict)
+    """Settings of the diagnosis."""
     contradictions: tuple[str, ...] = ()
+    """Rules that the statements of the diagnosis break; none where it is consistent."""
 
 
 def read_findings(folder: Path) -> Findings | None:
@@ -193,49 +178,34 @@ GAP_NAMES = ("below 3 x floor", "3 to 10 x floor", "above 10 x floor", "gap not 
 
 @dataclass(frozen=True)
 class Judgement:
-    """Judgement of one diagnosis; None where a question does not arise in this case.
-
-    Attributes
-    ----------
-    outcome
-        outcome by the table above.
-    subsystem_first
-        whether the subsystem with the largest share in `where` is that of a true effect, in the
-        catalogue or not.
-    effect_first
-        whether the first effect named is a true one, whatever the verdict.
-    exact
-        whether the effects named are exactly the true ones, whatever the verdict.
-    in_set
-        whether one of the sets returned is the truth; without sets, the effects named are the set.
-    set_size
-        number of sets returned; None where nothing was named.
-    wrong_name
-        whether the verdict is `effects` and the first effect is not a true one.
-    false_effect
-        whether an effect was named in a machine without effects.
-    false_alarm
-        whether the verdict for a machine without effects is that it has one, named or not.
-    recognised
-        whether the verdict for an effect outside or left out of the catalogue says so.
-    rejected
-        whether the verdict for an effect in the catalogue says that it is outside.
-    abstained
-        whether the true effects were not named, but listed as those that cannot be judged.
-    """
+    """Judgement of one diagnosis; None where a question does not arise in this case."""
 
     outcome: Outcome
+    """Outcome by the table above."""
     subsystem_first: bool | None = None
+    """Whether the subsystem with the largest share in `where` is that of a true effect, in the
+    catalogue or not."""
     effect_first: bool | None = None
+    """Whether the first effect named is a true one, whatever the verdict."""
     exact: bool | None = None
+    """Whether the effects named are exactly the true ones, whatever the verdict."""
     in_set: bool | None = None
+    """Whether one of the sets returned is the truth; without sets, the effects named are the set.
+    """
     set_size: int | None = None
+    """Number of sets returned; None where nothing was named."""
     wrong_name: bool | None = None
+    """Whether the verdict is `effects` and the first effect is not a true one."""
     false_effect: bool | None = None
+    """Whether an effect was named in a machine without effects."""
     false_alarm: bool | None = None
+    """Whether the verdict for a machine without effects is that it has one, named or not."""
     recognised: bool | None = None
+    """Whether the verdict for an effect outside or left out of the catalogue says so."""
     rejected: bool | None = None
+    """Whether the verdict for an effect in the catalogue says that it is outside."""
     abstained: bool | None = None
+    """Whether the true effects were not named, but listed as those that cannot be judged."""
 
     @property
     def right(self) -> bool:
@@ -245,21 +215,15 @@ class Judgement:
 
 @dataclass(frozen=True)
 class Transfer:
-    """Gaps and shrinkage on the transfer record.
-
-    Attributes
-    ----------
-    from_nominal, of_explainable
-        realised shrinkage; the second is None where no gap lies above the noise floor or no effect
-        was named.
-    nominal, augmented
-        gaps of the rig as configured and of the augmented rig on the transfer record, nrmse.
-    """
+    """Gaps and shrinkage on the transfer record."""
 
     from_nominal: Estimate
     of_explainable: Estimate | None
+    """Realised shrinkage; the second is None where no gap lies above the noise floor or no effect
+    was named."""
     nominal: float
     augmented: float
+    """Gaps of the rig as configured and of the augmented rig on the transfer record, nrmse."""
 
 
 @dataclass(frozen=True)

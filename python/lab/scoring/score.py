@@ -58,54 +58,37 @@ class Contradiction:
 
 @dataclass(frozen=True, kw_only=True)
 class Results:
-    """Results of a check, in its score and in the file of the score.
-
-    Attributes
-    ----------
-    unfinished
-        names of the cases without a result.
-    sealed
-        whether the answers are those of the seal; None without a seal.
-    tables
-        figures with targets: for plain and hard cases together, then for each grade.
-    trust
-        for each verdict, the share of the cases with this verdict that are right.
-    splits
-        main figures by grade, kind, size of the gap, excitation, sensors, plant, true effect.
-    verdicts, effects
-        confusion tables.
-    reliability, risk
-        calibration and risk-coverage curve of the probabilities.
-    sizes
-        errors of all estimated sizes.
-    regret
-        held-out cost of the named effects against that of the fitted truth.
-    promises
-        predicted shrinkage against the one on the third record.
-    baselines, controls
-        what simpler methods and permuted answers score.
-    wrong
-        all cases that are not right, the worst first.
-    contradictions
-        cases whose diagnosis contradicts itself, by name; there should be none.
-    """
+    """Results of a check, in its score and in the file of the score."""
 
     unfinished: tuple[str, ...]
+    """Names of the cases without a result."""
     sealed: bool | None
+    """Whether the answers are those of the seal; None without a seal."""
     tables: tuple[FigureTable, ...]
+    """Figures with targets: for plain and hard cases together, then for each grade."""
     trust: tuple[Figure, ...]
+    """For each verdict, the share of the cases with this verdict that are right."""
     splits: tuple[SplitTable, ...]
+    """Main figures by grade, kind, size of the gap, excitation, sensors, plant, true effect."""
     verdicts: Confusion
     effects: Confusion
+    """Confusion tables."""
     reliability: Reliability
     risk: tuple[RiskPoint, ...]
+    """Calibration and risk-coverage curve of the probabilities."""
     sizes: tuple[SizeError, ...]
+    """Errors of all estimated sizes."""
     regret: Regret
+    """Held-out cost of the named effects against that of the fitted truth."""
     promises: tuple[Promises, ...]
+    """Predicted shrinkage against the one on the third record."""
     baselines: tuple[Baseline, ...]
     controls: tuple[Control, ...]
+    """What simpler methods and permuted answers score."""
     wrong: tuple[WrongCase, ...]
+    """All cases that are not right, the worst first."""
     contradictions: tuple[Contradiction, ...]
+    """Cases whose diagnosis contradicts itself, by name; there should be none."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -118,52 +101,36 @@ class Score(Results):
 
 @dataclass(frozen=True)
 class CaseSummary:
-    """A finished case in `score.json`.
-
-    Attributes
-    ----------
-    name, kind, grade, sensors, truth
-        what was made: name of the case, kind, grade, sensors, and true effects.
-    verdict, named, sets
-        what the diagnosis returned: verdict, named effects, and ambiguity set.
-    outcome
-        outcome by the rules of scoring.
-    gap_over_floor
-        gap of the calibrated rig over the middle of its noise floor; None where it is not known.
-    seconds
-        time that the diagnosis took, s.
-    """
+    """A finished case in `score.json`."""
 
     name: str
     kind: str
     grade: str
     sensors: str
     truth: tuple[str, ...]
+    """What was made: name of the case, kind, grade, sensors, and true effects."""
     verdict: str
     named: tuple[str, ...]
     sets: tuple[tuple[str, ...], ...]
+    """What the diagnosis returned: verdict, named effects, and ambiguity set."""
     outcome: str
+    """Outcome by the rules of scoring."""
     gap_over_floor: float | None
+    """Gap of the calibrated rig over the middle of its noise floor; None where it is not known."""
     seconds: float
+    """Time that the diagnosis took, s."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class ScoreFile(Results):
-    """Content of `score.json`.
-
-    Attributes
-    ----------
-    ehsid_version
-        version of ehsid that scored the check.
-    records
-        number of finished cases.
-    cases
-        finished cases, by name.
-    """
+    """Content of `score.json`."""
 
     ehsid_version: str
+    """Version of ehsid that scored the check."""
     records: int
+    """Number of finished cases."""
     cases: tuple[CaseSummary, ...]
+    """Finished cases, by name."""
 
 
 def score_folder(out: Path, progress: Progress | None = None) -> Score:

@@ -63,18 +63,12 @@ SLOW_TARGETS = {
 
 @dataclass(frozen=True)
 class FigureTable:
-    """Figures of some cases, separated by what was measured; all columns have the same rows.
-
-    Attributes
-    ----------
-    title
-        which cases these are.
-    columns
-        figures for each of `SENSORS`.
-    """
+    """Figures of some cases, separated by what was measured; all columns have the same rows."""
 
     title: str
+    """Which cases these are."""
     columns: dict[str, tuple[Figure, ...]]
+    """Figures for each of `SENSORS`."""
 
 
 @dataclass(frozen=True)

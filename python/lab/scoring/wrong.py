@@ -20,47 +20,32 @@ WORST_FIRST = ("wrong name", "false alarm", "set without the truth", "rejected",
 
 @dataclass(frozen=True)
 class Regret:
-    """Held-out cost of the named effects less that of the fitted truth, over the cases of a check.
-
-    Attributes
-    ----------
-    figures
-        median and 90th percentile over the cases whose truth is among the candidates, nats. Below
-        zero, the named effects explain the held-out data better than the truth, fitted likewise.
-    tried, not_tried
-        number of cases whose truth is among the candidates, and of those where it is not.
-    """
+    """Held-out cost of the named effects less that of the fitted truth, over cases of a check."""
 
     figures: tuple[Figure, ...]
+    """Median and 90th percentile over the cases whose truth is among the candidates, nats. Below
+    zero, the named effects explain the held-out data better than the truth, fitted likewise."""
     tried: int
     not_tried: int
+    """Number of cases whose truth is among the candidates, and of those where it is not."""
 
 
 @dataclass(frozen=True)
 class WrongCase:
-    """A line of the list, in words and ids of effects.
-
-    Attributes
-    ----------
-    name, grade, sensors
-        name, grade and sensors of the case.
-    truth
-        true effects, or the kind of the case.
-    said
-        verdict and named effects of the diagnosis; further sets follow after "or".
-    outcome
-        outcome by the table of `judging`.
-    reasons
-        known reasons why the case is hard; may be empty.
-    """
+    """A line of the list, in words and ids of effects."""
 
     name: str
     grade: str
     sensors: str
+    """Name, grade and sensors of the case."""
     truth: str
+    """True effects, or the kind of the case."""
     said: str
+    """Verdict and named effects of the diagnosis; further sets follow after "or"."""
     outcome: str
+    """Outcome by the table of `judging`."""
     reasons: tuple[str, ...]
+    """Known reasons why the case is hard; may be empty."""
 
 
 def regret_of(cases: Sequence[ScoredCase]) -> Regret:

@@ -56,41 +56,29 @@ class Settings:
 
 @dataclass(frozen=True, eq=False)
 class Attempt:
-    """Settings of one attempt, the reason for them, and the result.
-
-    Attributes
-    ----------
-    settings
-        orders, delays, constant term and pre-processing that were tried.
-    change, why
-        what differs from the best earlier attempt, and the reason, in words.
-    problems
-        problems that make the result worthless; empty if there are none.
-    preprocessed, result
-        pre-processed signals and result of the identification; None if the attempt gave none.
-    model
-        the chosen model in the units of the record, see `Preprocessed.restore_model`.
-    one_step, simulated
-        predictions of the model on the validation part, in the units of the record.
-    one_step_fit_percent, simulation_fit_percent
-        fits of these predictions in percent; NaN if the attempt gave no result. Only these fits
-        can be compared between attempts: the fits in `result` are of the pre-processed signals.
-    comparison
-        comparison with the best earlier attempt, in words; empty for the first attempt.
-    """
+    """Settings of one attempt, the reason for them, and the result."""
 
     settings: Settings
+    """Orders, delays, constant term and pre-processing that were tried."""
     change: str
     why: str
+    """What differs from the best earlier attempt, and the reason, in words."""
     problems: tuple[Finding, ...]
+    """Problems that make the result worthless; empty if there are none."""
     preprocessed: Preprocessed | None = None
     result: IdentificationResult | None = None
+    """Pre-processed signals and result of the identification; None if the attempt gave none."""
     model: ArxModel | None = None
+    """The chosen model in the units of the record, see `Preprocessed.restore_model`."""
     one_step: Prediction | None = None
     simulated: Prediction | None = None
+    """Predictions of the model on the validation part, in the units of the record."""
     one_step_fit_percent: float = float("nan")
     simulation_fit_percent: float = float("nan")
+    """Fits of these predictions in percent; NaN if the attempt gave no result. Only these fits can
+    be compared between attempts: the fits in `result` are of the pre-processed signals."""
     comparison: str = ""
+    """Comparison with the best earlier attempt, in words; empty for the first attempt."""
 
     @property
     def failed_tests(self) -> tuple[str, ...]:

@@ -145,25 +145,17 @@ class Condition:
 
 @dataclass(frozen=True)
 class Judged:
-    """Results of claims 1 to 3 under one condition, and the final error of lambda = 1.
-
-    Attributes
-    ----------
-    faster
-        settling time of the varying factor relative to that of lambda = 1.
-    calmer
-        spread of its converged estimate relative to that of lambda = 0.99.
-    lower_rmse
-        its RMSE relative to the lower one of lambda = 1 and lambda = 0.99.
-    error_of_one
-        relative error |theta_hat - theta| / |theta| of lambda = 1 after 100 s.
-    """
+    """Results of claims 1 to 3 under one condition, and the final error of lambda = 1."""
 
     condition: Condition
     faster: Comparison
+    """Settling time of the varying factor relative to that of lambda = 1."""
     calmer: Comparison
+    """Spread of its converged estimate relative to that of lambda = 0.99."""
     lower_rmse: Comparison
+    """Its RMSE relative to the lower one of lambda = 1 and lambda = 0.99."""
     error_of_one: Interval
+    """Relative error |theta_hat - theta| / |theta| of lambda = 1 after 100 s."""
 
 
 def sooner(first: npt.NDArray[np.int64], second: npt.NDArray[np.int64], never: int) -> Comparison:
@@ -224,24 +216,17 @@ def map_claims(
 
 @dataclass(frozen=True)
 class ResetJudged:
-    """Result of claim 4 at one noise: all b are multiplied by `factor` at half of the record.
-
-    Attributes
-    ----------
-    sooner
-        samples until the error stays below 5 %, as the ratio of with reset to without.
-    after
-        samples after the change until the error stays below 5 %, with the reset.
-    fired, false_alarms
-        shares of the runs, 0 to 1, in which the reset fired after the change, and before it.
-    """
+    """Result of claim 4 at one noise: all b are multiplied by `factor` at half of the record."""
 
     noise: float
     factor: float
     sooner: Comparison
+    """Samples until the error stays below 5 %, as the ratio of with reset to without."""
     after: Interval
+    """Samples after the change until the error stays below 5 %, with the reset."""
     fired: float
     false_alarms: float
+    """Shares of the runs, 0 to 1, in which the reset fired after the change, and before it."""
 
 
 def judge_reset(noise: float, factor: float, seeds: Sequence[int]) -> ResetJudged:

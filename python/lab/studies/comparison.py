@@ -20,19 +20,13 @@ from ehsid.harness.models.identification import ArxOrders
 
 @dataclass(frozen=True, eq=False)
 class KnownPlant:
-    """Difference equation (7), A(q^-1) y(k) = q^-nk B(q^-1) u(k) + e(k), constant in pieces.
-
-    Attributes
-    ----------
-    orders
-        structure of the model, without constant term.
-    pieces
-        pairs (k, theta): from sample k on the parameters are theta = (a1 .. a_na, b1 .. b_nb). The
-        first piece starts at 0, the others follow in order.
-    """
+    """Difference equation (7), A(q^-1) y(k) = q^-nk B(q^-1) u(k) + e(k), constant in pieces."""
 
     orders: ArxOrders
+    """Structure of the model, without constant term."""
     pieces: tuple[tuple[int, FloatArray], ...]
+    """Pairs (k, theta): from sample k on the parameters are theta = (a1 .. a_na, b1 .. b_nb). The
+    first piece starts at 0, the others follow in order."""
 
     @classmethod
     def of(cls, orders: ArxOrders, theta: Sequence[float]) -> KnownPlant:
@@ -73,46 +67,31 @@ PLAIN = ehsid.RlsOptions(information_margin=0.0, covariance_ceiling=1e30)
 
 @dataclass(frozen=True)
 class Contender:
-    """One configuration of the estimator in the comparison.
-
-    Attributes
-    ----------
-    forgetting
-        forgetting policy.
-    reset
-        whether to restart lambda and P if the RMSE shows a change of the plant.
-    options
-        guards against wind-up; `PLAIN` is Eqs. (12)-(14) and nothing else.
-    """
+    """One configuration of the estimator in the comparison."""
 
     forgetting: ehsid.Forgetting
+    """Forgetting policy."""
     reset: bool = False
+    """Whether to restart lambda and P if the RMSE shows a change of the plant."""
     options: ehsid.RlsOptions = GUARDED
+    """Guards against wind-up; `PLAIN` is Eqs. (12)-(14) and nothing else."""
 
 
 @dataclass(frozen=True)
 class Setting:
-    """Settings that all contenders share.
-
-    Attributes
-    ----------
-    orders
-        orders of the ARX model.
-    p0
-        initial covariance P(0) = p0 I of the scaled parameters in units of sigma^2, > 0.
-    command_scale, position_scale, command_offset, position_offset
-        scaling of the signals, as in `ehsid.Scaling`.
-    dtype
-        floating-point type of the estimator.
-    """
+    """Settings that all contenders share."""
 
     orders: ArxOrders
+    """Orders of the ARX model."""
     p0: float = 1e6
+    """Initial covariance P(0) = p0 I of the scaled parameters in units of sigma^2, > 0."""
     command_scale: float = 1.0
     position_scale: float = 1.0
     command_offset: float = 0.0
     position_offset: float = 0.0
+    """Scaling of the signals, as in `ehsid.Scaling`."""
     dtype: str = "float32"
+    """Floating-point type of the estimator."""
 
     def weights(self) -> FloatArray:
         """Returns the factors from parameters in signal units to scaled ones, shape (n,).
@@ -148,35 +127,24 @@ class Setting:
 
 @dataclass(frozen=True, eq=False)
 class Outcome:
-    """Results of one contender over all runs.
-
-    Attributes
-    ----------
-    error
-        shape (runs, N), relative error |theta_hat - theta| / |theta| of the scaled parameters
-        after each sample.
-    spread
-        shape (runs,), spread of the scaled theta_hat over the last quarter of the run: square root
-        of the sum of its variances, divided by |theta|.
-    theta
-        shape (runs, n), final estimates.
-    rmse
-        shape (runs,), RMSE of the innovation over the whole run, from the first estimate on.
-    forgetting_factor
-        shape (N,), forgetting factor of the first run; NaN at samples without an estimate.
-    theta_path
-        shape (N, n), estimates of the first run.
-    resets
-        samples at which the reset fired, for each run.
-    """
+    """Results of one contender over all runs."""
 
     error: FloatArray
+    """Shape (runs, N), relative error |theta_hat - theta| / |theta| of the scaled parameters after
+    each sample."""
     spread: FloatArray
+    """Shape (runs,), spread of the scaled theta_hat over the last quarter of the run: square root
+    of the sum of its variances, divided by |theta|."""
     theta: FloatArray
+    """Shape (runs, n), final estimates."""
     rmse: FloatArray
+    """Shape (runs,), RMSE of the innovation over the whole run, from the first estimate on."""
     forgetting_factor: FloatArray
+    """Shape (N,), forgetting factor of the first run; NaN at samples without an estimate."""
     theta_path: FloatArray
+    """Shape (N, n), estimates of the first run."""
     resets: tuple[npt.NDArray[np.int64], ...]
+    """Samples at which the reset fired, for each run."""
 
     def settling(self, tolerance: float, start: int = 0) -> npt.NDArray[np.int64]:
         """Returns the settling times of the error in samples, see the function `settling`."""

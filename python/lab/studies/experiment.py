@@ -47,62 +47,41 @@ Progress = Callable[[str, float], None]
 
 @dataclass(frozen=True, eq=False)
 class KnownPlantResults:
-    """Findings of part (a), with model (16) as the known plant.
-
-    Attributes
-    ----------
-    noise
-        standard deviation of e(k) for which the offline model has the fit of the paper's model.
-    runs
-        one Recursive for each start: the vague start and that of `start_of_one`.
-    changed
-        runs in which all b parameters grow by half at half of the record.
-    loop
-        analysis of proportional control of model (16).
-    """
+    """Findings of part (a), with model (16) as the known plant."""
 
     noise: float
+    """Standard deviation of e(k) for which the offline model has the fit of the paper's model."""
     runs: Sequence[Recursive]
+    """One Recursive for each start: the vague start and that of `start_of_one`."""
     changed: Changed
+    """Runs in which all b parameters grow by half at half of the record."""
     loop: LoopAnalysis
+    """Analysis of proportional control of model (16)."""
 
 
 @dataclass(frozen=True, eq=False)
 class ClaimResults:
-    """Maps of the claims, and the verdicts derived from them.
-
-    Attributes
-    ----------
-    start_of_one
-        P0 at which the error of lambda = 1 after 100 s is as large as that of the paper's column.
-    error_of_one
-        relative error of the paper's column for lambda = 1 against model (16).
-    """
+    """Maps of the claims, and the verdicts derived from them."""
 
     judged: Sequence[Judged]
     resets: Sequence[ResetJudged]
     verdicts: Sequence[ClaimVerdict]
     start_of_one: float
+    """P0 at which the error of lambda = 1 after 100 s is as large as that of the paper's column."""
     error_of_one: float
+    """Relative error of the paper's column for lambda = 1 against model (16)."""
 
 
 @dataclass(frozen=True, eq=False)
 class ServoReading:
-    """Physical parameters read from the estimates over a record.
-
-    Attributes
-    ----------
-    reading
-        K, omega_n and xi over time.
-    rig
-        the rig values computed from them; None without a rig or a valid reading.
-    sampled
-        the servo of the last valid reading, sampled again; None if there is none.
-    """
+    """Physical parameters read from the estimates over a record."""
 
     reading: Reading
+    """K, omega_n and xi over time."""
     rig: RigReading | None
+    """The rig values computed from them; None without a rig or a valid reading."""
     sampled: SampledServo | None
+    """The servo of the last valid reading, sampled again; None if there is none."""
 
     @classmethod
     def of(cls, samples: Samples, setting: Setting, dt_s: float, rig: Rig | None) -> ServoReading:
@@ -114,22 +93,15 @@ class ServoReading:
 
 @dataclass(frozen=True, eq=False)
 class RigResults:
-    """Findings of part (b), on a rig with its offline model as the reference.
-
-    Attributes
-    ----------
-    runs
-        one Recursive for each start.
-    changed, change
-        runs in which the rig values change at half of the record, and the changed values.
-    servo
-        what the estimates over the reference record say of the servo.
-    """
+    """Findings of part (b), on a rig with its offline model as the reference."""
 
     runs: Sequence[Recursive]
+    """One Recursive for each start."""
     changed: Changed
     change: Mapping[str, float]
+    """Runs in which the rig values change at half of the record, and the changed values."""
     servo: ServoReading
+    """What the estimates over the reference record say of the servo."""
 
 
 def published_error_of_one() -> float:
@@ -238,19 +210,13 @@ def run_on_rig(
 
 @dataclass(frozen=True, eq=False)
 class RecordResults:
-    """Findings on a user's own record, in a single run, since it cannot be drawn again.
-
-    Attributes
-    ----------
-    runs
-        one Recursive for each start; the reference is the offline model.
-    servo
-        as in RigResults; None if the structure of the model or an unknown sampling time does not
-        allow the reading.
-    """
+    """Findings on a user's own record, in a single run, since it cannot be drawn again."""
 
     runs: Sequence[Recursive]
+    """One Recursive for each start; the reference is the offline model."""
     servo: ServoReading | None
+    """As in RigResults; None if the structure of the model or an unknown sampling time does not
+    allow the reading."""
 
 
 def run_on_record(

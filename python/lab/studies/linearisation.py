@@ -31,27 +31,19 @@ from .reading import Reading
 
 @dataclass(frozen=True, eq=False)
 class SampledServo:
-    """Coefficients a1, a2, a3, b1, b2, b3 of Eq. (6) from three sources, each of shape (6,).
-
-    Attributes
-    ----------
-    gain, omega_n, xi
-        parameters of the servo (5): K in m/(s V), omega_n in rad/s, damping ratio.
-    estimate
-        estimated theta from which these parameters were read.
-    ours
-        coefficients with zero-order hold by `ehsid.discretise`.
-    by_control
-        coefficients with zero-order hold by python-control, from the matrix exponential of its
-        state space.
-    """
+    """Coefficients a1, a2, a3, b1, b2, b3 of Eq. (6) from three sources, each of shape (6,)."""
 
     gain: float
     omega_n: float
     xi: float
+    """Parameters of the servo (5): K in m/(s V), omega_n in rad/s, damping ratio."""
     estimate: FloatArray
+    """Estimated theta from which these parameters were read."""
     ours: FloatArray
+    """Coefficients with zero-order hold by `ehsid.discretise`."""
     by_control: FloatArray
+    """Coefficients with zero-order hold by python-control, from the matrix exponential of its state
+    space."""
 
 
 def sample_again(reading: Reading, dt_s: float) -> SampledServo | None:
@@ -90,29 +82,20 @@ SEED = 1  # of the phases
 
 @dataclass(frozen=True, eq=False)
 class SmallSignal(FrequencyResponse):
-    """Frequency response of a rig, and figures that tell how reliable it is.
-
-    Attributes
-    ----------
-    amplitude_v
-        peak of the excitation in V.
-    position0_m
-        initial position of the rod in m; None: mid-stroke.
-    unsettled
-        largest change of the response between the last two periods, as a share of its largest
-        magnitude: the remaining transients.
-    distortion
-        rms of the position steps at the odd lines that were not excited, as a share of the rms at
-        the excited lines: the part that no linear model of the rig can describe.
-    trim_v
-        constant in V added to the command to keep the rod in place.
-    """
+    """Frequency response of a rig, and figures that tell how reliable it is."""
 
     amplitude_v: float
+    """Peak of the excitation in V."""
     position0_m: float | None
+    """Initial position of the rod in m; None: mid-stroke."""
     unsettled: float
+    """Largest change of the response between the last two periods, as a share of its largest
+    magnitude: the remaining transients."""
     distortion: float
+    """Rms of the position steps at the odd lines that were not excited, as a share of the rms at
+    the excited lines: the part that no linear model of the rig can describe."""
     trim_v: float
+    """Constant in V added to the command to keep the rod in place."""
 
 
 def small_signal_response(

@@ -37,24 +37,16 @@ FORGETTING = ehsid.Exponential(lambda0=0.995, lambda_initial=0.98)
 
 @dataclass(frozen=True)
 class Noise:
-    """How noise enters model (16).
-
-    Attributes
-    ----------
-    name
-        in words.
-    sensor_fit
-        simulation fit in percent that white noise of the position sensor leaves; None for none.
-    equation
-        standard deviation of white e in A y = B u + C e; 0 for none.
-    c
-        C = 1 + c q^-1.
-    """
+    """How noise enters model (16)."""
 
     name: str
+    """In words."""
     sensor_fit: float | None = None
+    """Simulation fit in percent that white noise of the position sensor leaves; None for none."""
     equation: float = 0.0
+    """Standard deviation of white e in A y = B u + C e; 0 for none."""
     c: float = 0.0
+    """C = 1 + c q^-1."""
 
 
 NOISES = (
@@ -115,19 +107,13 @@ def estimator(
 
 @dataclass(frozen=True, eq=False)
 class Runs:
-    """What one method gave over R records.
-
-    Attributes
-    ----------
-    theta, deviation
-        shape (R, 6), estimate at the end and its standard deviation.
-    reading
-        shape (R, 3), K, omega_n and xi of theta; NaN where theta is no servo.
-    """
+    """What one method gave over R records."""
 
     theta: FloatArray
     deviation: FloatArray
+    """Shape (R, 6), estimate at the end and its standard deviation."""
     reading: FloatArray
+    """Shape (R, 3), K, omega_n and xi of theta; NaN where theta is no servo."""
 
     @property
     def distance(self) -> FloatArray:

@@ -31,49 +31,34 @@ from .problems import Finding, record_problems
 
 @dataclass(frozen=True, eq=False)
 class Procedure:
-    """Result of the offline procedure: all attempts, and the best of them.
-
-    Attributes
-    ----------
-    data
-        the record as given.
-    split
-        share of the record that is the estimation part, 0 to 1.
-    attempts
-        all attempts in their order; empty if the record allows none.
-    kept
-        position of the best attempt in `attempts`; None if there is no model.
-    problems
-        problems that make the result worthless, of the record or of an attempt: the kept one or,
-        without a model, the first one.
-    stopped
-        reason why there was no further attempt, in words.
-    meaning
-        sentences on the residual tests, whether they fail and what that means, on a better free
-        run of another attempt, and advice; empty if there is no model.
-    poles_zeros
-        poles and zeros of the kept model.
-    response
-        frequency response of the kept model with its covariance, in the units of the record;
-        frequencies in Hz, or in cycles per sample if the sampling time is not known.
-    input_band
-        lowest and highest frequency of the band with 99 % of the input's power: outside it the
-        model extrapolates.
-    loop
-        analysis of proportional control of the kept model, in the units of the record.
-    """
+    """Result of the offline procedure: all attempts, and the best of them."""
 
     data: IoData
+    """The record as given."""
     split: float
+    """Share of the record that is the estimation part, 0 to 1."""
     attempts: tuple[Attempt, ...]
+    """All attempts in their order; empty if the record allows none."""
     kept: int | None
+    """Position of the best attempt in `attempts`; None if there is no model."""
     problems: tuple[Finding, ...]
+    """Problems that make the result worthless, of the record or of an attempt: the kept one or,
+    without a model, the first one."""
     stopped: str
+    """Reason why there was no further attempt, in words."""
     meaning: tuple[str, ...]
+    """Sentences on the residual tests, whether they fail and what that means, on a better free run
+    of another attempt, and advice; empty if there is no model."""
     poles_zeros: PolesZeros | None = None
+    """Poles and zeros of the kept model."""
     response: EstimatedResponse | None = None
+    """Frequency response of the kept model with its covariance, in the units of the record;
+    frequencies in Hz, or in cycles per sample if the sampling time is not known."""
     input_band: tuple[float, float] | None = None
+    """Lowest and highest frequency of the band with 99 % of the input's power: outside it the model
+    extrapolates."""
     loop: LoopAnalysis | None = None
+    """Analysis of proportional control of the kept model, in the units of the record."""
 
     @property
     def best(self) -> Attempt:

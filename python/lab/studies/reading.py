@@ -29,25 +29,17 @@ SIGMAS = 1.959964  # 95 %
 
 @dataclass(frozen=True, eq=False)
 class Reading:
-    """Physical parameters while the estimator runs; NaN where theta describes no servo.
-
-    Attributes
-    ----------
-    time_s
-        times of the T readings in seconds, shape (T,).
-    value, deviation
-        values and their standard deviations, shape (T, 3): K in m/(s V), omega_n in rad/s, xi.
-    status
-        status of each reading: "ok", or the reason why there are no values.
-    theta
-        estimated parameters of each reading, shape (T, 6).
-    """
+    """Physical parameters while the estimator runs; NaN where theta describes no servo."""
 
     time_s: FloatArray
+    """Times of the T readings in seconds, shape (T,)."""
     value: FloatArray
     deviation: FloatArray
+    """Values and their standard deviations, shape (T, 3): K in m/(s V), omega_n in rad/s, xi."""
     status: tuple[str, ...]
+    """Status of each reading: "ok", or the reason why there are no values."""
     theta: FloatArray
+    """Estimated parameters of each reading, shape (T, 6)."""
 
 
 def read_over_time(
@@ -80,21 +72,14 @@ def read_over_time(
 
 @dataclass(frozen=True)
 class RigReading:
-    """Rig values computed from a reading: value, and lower and upper end of its 95 % interval.
-
-    Attributes
-    ----------
-    velocity_gain
-        estimated K in m/(s V).
-    bulk_modulus_pa
-        bulk modulus in Pa from omega_n, with mass, areas and volumes of the rig file.
-    mass_kg
-        mass in kg from omega_n, with the bulk modulus, areas and volumes of the rig file.
-    """
+    """Rig values computed from a reading: value, and lower and upper end of its 95 % interval."""
 
     velocity_gain: Triple
+    """Estimated K in m/(s V)."""
     bulk_modulus_pa: Triple
+    """Bulk modulus in Pa from omega_n, with mass, areas and volumes of the rig file."""
     mass_kg: Triple
+    """Mass in kg from omega_n, with the bulk modulus, areas and volumes of the rig file."""
 
 
 def oil_spring(rig: Rig, position_m: float) -> float:
@@ -141,30 +126,20 @@ TIMES_S = (5.0, 20.0, 50.0, 100.0)
 
 @dataclass(frozen=True)
 class RunSummary:
-    """Summary of one contender over all runs; times in seconds, errors as shares of |theta|.
-
-    Attributes
-    ----------
-    error_at
-        relative error |theta_hat - theta| / |theta|, by time.
-    settled_s
-        time until this error stays below 5 %; the length of the record if it never does.
-    never
-        share of the runs that never settle, 0 to 1.
-    spread
-        spread of theta over the last quarter of the run, as a share of |theta|.
-    rmse
-        RMSE of the innovation over the whole run.
-    theta
-        medians of the final parameters.
-    """
+    """Summary of one contender over all runs; times in seconds, errors as shares of |theta|."""
 
     error_at: dict[float, Interval]
+    """Relative error |theta_hat - theta| / |theta|, by time."""
     settled_s: Interval
+    """Time until this error stays below 5 %; the length of the record if it never does."""
     never: float
+    """Share of the runs that never settle, 0 to 1."""
     spread: Interval
+    """Spread of theta over the last quarter of the run, as a share of |theta|."""
     rmse: Interval
+    """RMSE of the innovation over the whole run."""
     theta: tuple[float, ...]
+    """Medians of the final parameters."""
 
 
 def summarise(outcome: Outcome, dt_s: float, times_s: tuple[float, ...] = TIMES_S) -> RunSummary:
@@ -185,29 +160,21 @@ def summarise(outcome: Outcome, dt_s: float, times_s: tuple[float, ...] = TIMES_
 
 @dataclass(frozen=True)
 class ChangeSummary:
-    """Summary of one contender after a change of the plant, and of its reset.
-
-    Attributes
-    ----------
-    without, with_reset
-        samples after the change until the error stays below 5 %; the rest of the record if it
-        never does.
-    never_without, never_with
-        shares of the runs that never settle, 0 to 1.
-    fired, false_alarms
-        shares of the runs in which the reset fired after the change, and before it.
-    delay
-        samples from the change to the reset, over the runs in which it fired; None if it never
-        fired.
-    """
+    """Summary of one contender after a change of the plant, and of its reset."""
 
     without: Interval
     with_reset: Interval
+    """Samples after the change until the error stays below 5 %; the rest of the record if it never
+    does."""
     never_without: float
     never_with: float
+    """Shares of the runs that never settle, 0 to 1."""
     fired: float
     false_alarms: float
+    """Shares of the runs in which the reset fired after the change, and before it."""
     delay: Interval | None
+    """Samples from the change to the reset, over the runs in which it fired; None if it never
+    fired."""
 
 
 def summarise_change(changed: Changed) -> dict[str, ChangeSummary]:

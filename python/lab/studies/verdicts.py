@@ -32,17 +32,12 @@ OFFLINE_SEEDS = 1_000_000
 
 @dataclass(frozen=True, eq=False)
 class Starts:
-    """Parameter errors of the seeded and of the vague start on the same records.
-
-    Attributes
-    ----------
-    seeded, vague
-        shape (runs, N), relative error |theta_hat - theta| / |theta| after each sample, of the
-        scaled parameters that were selected.
-    """
+    """Parameter errors of the seeded and of the vague start on the same records."""
 
     seeded: FloatArray
     vague: FloatArray
+    """Shape (runs, N), relative error |theta_hat - theta| / |theta| after each sample, of the
+    scaled parameters that were selected."""
 
     def settled(
         self, tolerance: float = 0.05, start: int = 0
@@ -156,27 +151,19 @@ class Level:
 
 @dataclass(frozen=True)
 class ClaimVerdict:
-    """Verdict on one claim, with the shares of the map that support it.
-
-    Attributes
-    ----------
-    claim
-        the claim in words.
-    verdict
-        verdict over the whole map.
-    holds, fails, equal
-        shares of the map, 0 to 1, where the claim holds, where it fails, and where there is no
-        difference; in the rest the runs decide nothing or no contender settles.
-    levels
-        shares for each value of a condition, by name of the condition.
-    """
+    """Verdict on one claim, with the shares of the map that support it."""
 
     claim: str
+    """The claim in words."""
     verdict: Verdict
+    """Verdict over the whole map."""
     holds: float
     fails: float
     equal: float
+    """Shares of the map, 0 to 1, where the claim holds, where it fails, and where there is no
+    difference; in the rest the runs decide nothing or no contender settles."""
     levels: dict[str, tuple[Level, ...]]
+    """Shares for each value of a condition, by name of the condition."""
 
     def where(self) -> str:
         """Lists the values of each condition at which the claim nearly always or never holds."""

@@ -60,24 +60,18 @@ LEAST_SPAN = 1e-9
 
 @dataclass(frozen=True, eq=False)
 class Drawn:
-    """Points to draw of m blocks of samples.
-
-    Attributes
-    ----------
-    time_s, signals
-        for each block its minimum and its maximum, shape (2 m,): times, and values by name. Where
-        the samples are few, each is a block of its own, and a point: shape (m,).
-    at_s, theta, low, high
-        ends of the blocks, shape (m,), and for each of n parameters its newest value in the block
-        and the bounds of value ± deviation in it; shape (n, m).
-    """
+    """Points to draw of m blocks of samples."""
 
     time_s: FloatArray
     signals: dict[str, FloatArray]
+    """For each block its minimum and its maximum, shape (2 m,): times, and values by name. Where
+    the samples are few, each is a block of its own, and a point: shape (m,)."""
     at_s: FloatArray
     theta: FloatArray
     low: FloatArray
     high: FloatArray
+    """Ends of the blocks, shape (m,), and for each of n parameters its newest value in the block
+    and the bounds of value ± deviation in it; shape (n, m)."""
 
 
 def drawn(rows: FloatArray, columns: int) -> Drawn:

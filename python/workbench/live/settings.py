@@ -27,63 +27,44 @@ LEAST_BAUD = 1
 
 
 class LiveSettings(msgspec.Struct, frozen=True):
-    """The form of a run; texts are as the user typed them.
-
-    Attributes
-    ----------
-    emulated
-        whether the target is `image` in QEMU, on the board `machine`; else it is at `port`.
-    port, baud
-        serial port or address of the target, and the bit rate of a serial port.
-    image, machine
-        firmware image (ELF) and board of QEMU.
-    rig
-        path of the rig file; "" stands for the rig of the published experiment.
-    effects
-        values of the simulated machine that the controller does not know, as in `--effect`.
-    position_control
-        whether the target controls the position; else the test signal is the command.
-    signal, seed, duration_s, dt_ms, amplitude, bandwidth_hz
-        test signal. The amplitude is in V, or in mm with position control; "" takes the default.
-    forgetting, retune
-        policy of the estimator, and whether the gain of the controller follows the estimate.
-    real_time
-        whether the run keeps to the sampling time; else it is as fast as the line.
-    """
+    """The form of a run; texts are as the user typed them."""
 
     emulated: bool = False
+    """Whether the target is `image` in QEMU, on the board `machine`; else it is at `port`."""
     port: str = ""
     baud: str = "115200"
+    """Serial port or address of the target, and the bit rate of a serial port."""
     image: str = ""
     machine: str = MACHINE
+    """Firmware image (ELF) and board of QEMU."""
     rig: str = ""
+    """Path of the rig file; "" stands for the rig of the published experiment."""
     effects: str = ""
+    """Values of the simulated machine that the controller does not know, as in `--effect`."""
     position_control: bool = False
+    """Whether the target controls the position; else the test signal is the command."""
     signal: str = "multisine"
     seed: str = "0"
     duration_s: str = "60"
     dt_ms: str = "20"
     amplitude: str = ""
     bandwidth_hz: str = ""
+    """Test signal. The amplitude is in V, or in mm with position control; "" takes the default."""
     forgetting: str = "f-ratio"
     retune: bool = True
+    """Policy of the estimator, and whether the gain of the controller follows the estimate."""
     real_time: bool = True
+    """Whether the run keeps to the sampling time; else it is as fast as the line."""
 
 
 @dataclass(frozen=True)
 class Wanted:
-    """The settings, read.
-
-    Attributes
-    ----------
-    address
-        serial port or address; None for an image in QEMU.
-    image
-        path of the image; None for an address.
-    """
+    """The settings, read."""
 
     address: str | None
+    """Serial port or address; None for an image in QEMU."""
     image: Path | None
+    """Path of the image; None for an address."""
     baud: int
     rig: Rig
     run: LoopRun

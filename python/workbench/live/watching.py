@@ -64,42 +64,29 @@ COLUMNS = (
 
 
 class Told(msgspec.Struct):
-    """Content of the file.
-
-    Attributes
-    ----------
-    phase
-        what the worker does, in words.
-    board, firmware
-        the target, as it answers.
-    rig
-        name of the rig.
-    parameters
-        names of the parameters.
-    samples, dt_s
-        number of samples of the plan, and the sampling time, s.
-    position_control
-        whether the target controls the position.
-    faults
-        whether faults can be put into the line; `board_reset`: whether the board can be reset.
-    events
-        what has happened, the newest last: time in the run, s, and words.
-    snapshots
-        names of the files below snapshots/.
-    """
+    """Content of the file."""
 
     phase: str = ""
+    """What the worker does, in words."""
     board: str = ""
     firmware: str = ""
+    """The target, as it answers."""
     rig: str = ""
+    """Name of the rig."""
     parameters: list[str] = msgspec.field(default_factory=list)
+    """Names of the parameters."""
     samples: int = 0
     dt_s: float = 0.0
+    """Number of samples of the plan, and the sampling time, s."""
     position_control: bool = False
+    """Whether the target controls the position."""
     faults: bool = False
+    """Whether faults can be put into the line; `board_reset`: whether the board can be reset."""
     board_reset: bool = False
     events: list[tuple[float, str]] = msgspec.field(default_factory=list)
+    """What has happened, the newest last: time in the run, s, and words."""
     snapshots: list[str] = msgspec.field(default_factory=list)
+    """Names of the files below snapshots/."""
 
     def event(self, time_s: float, words: str) -> None:
         """Adds an event; the oldest one goes where there are too many."""

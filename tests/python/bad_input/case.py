@@ -17,54 +17,36 @@ Content = str | bytes | Callable[[Path], None]
 
 @dataclass(frozen=True)
 class Outcome:
-    """What a bad input gets.
-
-    Attributes
-    ----------
-    kind
-        "exit code 2", or the name of an exception or of a status.
-    message
-        what the user reads.
-    """
+    """What a bad input gets."""
 
     kind: str
+    """"exit code 2", or the name of an exception or of a status."""
     message: str
+    """What the user reads."""
 
 
 @dataclass(frozen=True)
 class Case:
-    """A bad input.
-
-    Attributes
-    ----------
-    wrong
-        what is wrong with it, for people; also its name in the test.
-    call
-        the command or the call, as a user would write it.
-    run
-        gives it to ehsid; its files are in the current folder.
-    kind
-        `Outcome.kind` that is expected.
-    says
-        parts that the message must have: where the error is, what was expected, the remedy.
-    files
-        files that are in the folder before, by name.
-    library
-        regular expression of the words in the message that come from a library; the document shows
-        "..." there, because they differ among its versions.
-    writes
-        names of files and folders that it may make: of the report that says what is wrong. All
-        others stay as they are.
-    """
+    """A bad input."""
 
     wrong: str
+    """What is wrong with it, for people; also its name in the test."""
     call: str
+    """The command or the call, as a user would write it."""
     run: Callable[[], Outcome]
+    """Gives it to ehsid; its files are in the current folder."""
     kind: str
+    """`Outcome.kind` that is expected."""
     says: tuple[str, ...]
+    """Parts that the message must have: where the error is, what was expected, the remedy."""
     files: Mapping[str, Content]
+    """Files that are in the folder before, by name."""
     library: str | None = None
+    """Regular expression of the words in the message that come from a library; the document shows
+    "..." there, because they differ among its versions."""
     writes: tuple[str, ...] = ()
+    """Names of files and folders that it may make: of the report that says what is wrong. All
+    others stay as they are."""
 
     def make(self, folder: Path) -> None:
         """Makes the files in the folder."""

@@ -61,28 +61,19 @@ BESIDE: dict[str, Content] = {"rig.toml": BENCH, "good.csv": LONG}
 
 @dataclass(frozen=True)
 class BadRecord:
-    """A record that cannot be read.
-
-    Attributes
-    ----------
-    wrong
-        what is wrong with it.
-    name, content
-        of its file; without content there is no file.
-    says
-        parts that the message must have.
-    library
-        as in `Case`.
-    environment
-        environment variables of the command.
-    """
+    """A record that cannot be read."""
 
     wrong: str
+    """What is wrong with it."""
     name: str
     content: Content | None
+    """Of its file; without content there is no file."""
     says: tuple[str, ...]
+    """Parts that the message must have."""
     library: str | None
+    """As in `Case`."""
     environment: Mapping[str, str]
+    """Environment variables of the command."""
 
     def case(self, verb: str) -> Case:
         """This record given to one of the commands in `LINES`."""

@@ -28,21 +28,14 @@ BESIDE: dict[str, Content] = {"good.csv": LONG}
 
 @dataclass(frozen=True)
 class BadRig:
-    """A rig file that cannot be used.
-
-    Attributes
-    ----------
-    wrong
-        what is wrong with it.
-    content
-        of the file; without content there is no file.
-    says
-        parts that the message must have.
-    """
+    """A rig file that cannot be used."""
 
     wrong: str
+    """What is wrong with it."""
     content: Content | None
+    """Of the file; without content there is no file."""
     says: tuple[str, ...]
+    """Parts that the message must have."""
 
     def case(self, verb: str) -> Case:
         """This rig given to one of the commands in `LINES`."""

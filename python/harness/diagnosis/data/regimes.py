@@ -33,54 +33,37 @@ SLOW_SHARE = 0.05
 
 @dataclass(frozen=True)
 class Regimes:
-    """Regimes that a record visits, as shares of its time unless stated otherwise.
-
-    Attributes
-    ----------
-    largest_command
-        fraction of the rated command, or of the record's own largest if the drive has no limit.
-    near_null
-        time with commands below NEAR_NULL of the rated command.
-    resting
-        time at the end of REST_S with commands within REST_WIDTH of the rated command.
-    slow
-        time with speeds below SLOW_SHARE of the largest speed.
-    command_reversals, motion_reversals
-        numbers of reversals of the command and of the rod, by more than 5 and 2 % of their range.
-    travel
-        share of the stroke that the rod covers; None without a stroke.
-    at_ends
-        time within a hundredth of the stroke from either end; None without a stroke.
-    load_signs
-        1 or 2: number of directions in which the load force acts; None without pressures.
-    fast_power_hz
-        frequency below which 99 % of the power of the command's changes lies, Hz.
-    lowest_pressure_pa, highest_pressure_pa
-        lowest and highest pressure of both chambers, Pa; None without pressures.
-    highest_of_supply, lowest_of_tank
-        the same as shares of the supply pressure and of the tank pressure of the rig.
-    position_floor_m
-        noise floor of the position sensor, its steps included, m.
-    seconds
-        length of the record, s.
-    """
+    """Regimes that a record visits, as shares of its time unless stated otherwise."""
 
     largest_command: float
+    """Fraction of the rated command, or of the record's own largest if the drive has no limit."""
     near_null: float
+    """Time with commands below NEAR_NULL of the rated command."""
     resting: float
+    """Time at the end of REST_S with commands within REST_WIDTH of the rated command."""
     slow: float
+    """Time with speeds below SLOW_SHARE of the largest speed."""
     command_reversals: int
     motion_reversals: int
+    """Numbers of reversals of the command and of the rod, by more than 5 and 2 % of their range."""
     travel: float | None
+    """Share of the stroke that the rod covers; None without a stroke."""
     at_ends: float | None
+    """Time within a hundredth of the stroke from either end; None without a stroke."""
     load_signs: int | None
+    """1 or 2: number of directions in which the load force acts; None without pressures."""
     fast_power_hz: float
+    """Frequency below which 99 % of the power of the command's changes lies, Hz."""
     lowest_pressure_pa: float | None
     highest_pressure_pa: float | None
+    """Lowest and highest pressure of both chambers, Pa; None without pressures."""
     highest_of_supply: float | None
     lowest_of_tank: float | None
+    """The same as shares of the supply pressure and of the tank pressure of the rig."""
     position_floor_m: float
+    """Noise floor of the position sensor, its steps included, m."""
     seconds: float
+    """Length of the record, s."""
 
 
 def reversals(signal: FloatArray, share: float) -> int:

@@ -68,23 +68,16 @@ Kind = Literal["healthy", "effects", "ambiguous", "outside"]
 
 @dataclass(frozen=True, eq=False)
 class Answer:
-    """An answer to the question which effects cause the gap.
-
-    Attributes
-    ----------
-    kind
-        "healthy": no effect is missing; "effects": the one set of `named`; "ambiguous": one of the
-        sets of `named`; "outside": a cause outside of the catalogue, beside the set of `named`,
-        which may be empty.
-    named
-        sets of effects, of each family its most probable one; most probable family first.
-    loss
-        expected loss.
-    """
+    """An answer to the question which effects cause the gap."""
 
     kind: Kind
+    """"healthy": no effect is missing; "effects": the one set of `named`; "ambiguous": one of the
+    sets of `named`; "outside": a cause outside of the catalogue, beside the set of `named`, which
+    may be empty."""
     named: tuple[Hypothesis, ...]
+    """Sets of effects, of each family its most probable one; most probable family first."""
     loss: float
+    """Expected loss."""
 
 
 def least_loss(posterior: Posterior) -> Answer:
@@ -125,22 +118,15 @@ TOLD = 0.1
 
 @dataclass(frozen=True, eq=False)
 class Selection:
-    """The answer that loses least, and the candidates that belong to it.
-
-    Attributes
-    ----------
-    best
-        the calibrated rig with the effects that are named; without any where none is.
-    equivalent
-        other sets that the data cannot separate from `best`, most probable first.
-    answer, posterior
-        the answer, and the probabilities that it follows from.
-    """
+    """The answer that loses least, and the candidates that belong to it."""
 
     best: FittedCandidate
+    """The calibrated rig with the effects that are named; without any where none is."""
     equivalent: tuple[FittedCandidate, ...]
+    """Other sets that the data cannot separate from `best`, most probable first."""
     answer: Answer
     posterior: Posterior
+    """The answer, and the probabilities that it follows from."""
 
     @property
     def is_open(self) -> bool:

@@ -66,37 +66,27 @@ from ..search.maps import edges_can_replace_force
 
 @dataclass(frozen=True)
 class Constants:
-    """Constants of the equations of `posterior`; `deciding` has the reasons.
-
-    Attributes
-    ----------
-    evidence
-        number of independent errors, > 0.
-    least_left
-        errors below which a simulator is as good as perfect, ln over what is tolerated, > 0.
-    effect, small
-        prior cost of a law, and further cost of an effect that is no larger than in every servo,
-        nats.
-    outside, outside_beside
-        odds of a cause outside of the catalogue without and with an effect in the best set, nats.
-    outside_left, outside_explained
-        increase of these odds with the ln of the errors left, and with what the best set explains.
-    outside_position
-        increase of these odds where no pressure is measured, nats.
-    lapse
-        share of the probability that all answers have alike, between 0 and 1.
-    """
+    """Constants of the equations of `posterior`; `deciding` has the reasons."""
 
     evidence: float
+    """Number of independent errors, > 0."""
     least_left: float
+    """Errors below which a simulator is as good as perfect, ln over what is tolerated, > 0."""
     effect: float
     small: float
+    """Prior cost of a law, and further cost of an effect that is no larger than in every servo,
+    nats."""
     outside: float
     outside_beside: float
+    """Odds of a cause outside of the catalogue without and with an effect in the best set, nats."""
     outside_left: float
     outside_explained: float
+    """Increase of these odds with the ln of the errors left, and with what the best set explains.
+    """
     outside_position: float
+    """Increase of these odds where no pressure is measured, nats."""
     lapse: float
+    """Share of the probability that all answers have alike, between 0 and 1."""
 
 
 IN_USE = Constants(
@@ -192,24 +182,16 @@ MOST_EVIDENCE = 500.0
 
 @dataclass(frozen=True, eq=False)
 class Hypothesis:
-    """A set of effects as the cause of the gap; the empty set: nothing is missing.
-
-    Attributes
-    ----------
-    candidate
-        the fit of the set.
-    left
-        errors that it leaves, as `evidence.left` gives them.
-    small
-        sum over its effects of max(0, 1 - margin).
-    probability
-        probability of the set, 0 to 1.
-    """
+    """A set of effects as the cause of the gap; the empty set: nothing is missing."""
 
     candidate: FittedCandidate
+    """The fit of the set."""
     left: float
+    """Errors that it leaves, as `evidence.left` gives them."""
     small: float
+    """Sum over its effects of max(0, 1 - margin)."""
     probability: float
+    """Probability of the set, 0 to 1."""
 
     @property
     def families(self) -> frozenset[str]:
@@ -219,19 +201,13 @@ class Hypothesis:
 
 @dataclass(frozen=True, eq=False)
 class Posterior:
-    """Probabilities of all hypotheses; together they are 1.
-
-    Attributes
-    ----------
-    hypotheses
-        the calibrated rig and the sets of effects that are large enough to have a name, most
-        probable first.
-    outside
-        probability of a cause outside of the catalogue.
-    """
+    """Probabilities of all hypotheses; together they are 1."""
 
     hypotheses: tuple[Hypothesis, ...]
+    """The calibrated rig and the sets of effects that are large enough to have a name, most
+    probable first."""
     outside: float
+    """Probability of a cause outside of the catalogue."""
 
     @property
     def healthy(self) -> Hypothesis:

@@ -48,28 +48,19 @@ BAND_FURTHER = 0.085
 
 @dataclass(frozen=True, eq=False)
 class LawsFound:
-    """The calibrated rig, perhaps with effects, with the laws that it lacks.
-
-    Attributes
-    ----------
-    candidate
-        the fit with these effects and laws.
-    laws, forms
-        the laws for the reader, and of each its simple form as in `result.Diagnosis.law_forms`.
-    of_effects
-        share of the effects in the shrinkage of the held-out gap, 0 to 1; the laws have the rest.
-    evidence
-        of the laws and effects against the rig without them, nats.
-    held
-        sizes of effects that were held, by full name: the laws are what remains beside them.
-    """
+    """The calibrated rig, perhaps with effects, with the laws that it lacks."""
 
     candidate: FittedCandidate
+    """The fit with these effects and laws."""
     laws: tuple[MissingLaw, ...]
     forms: tuple[tuple[float, ...] | None, ...]
+    """The laws for the reader, and of each its simple form as in `result.Diagnosis.law_forms`."""
     of_effects: float
+    """Share of the effects in the shrinkage of the held-out gap, 0 to 1; the laws have the rest."""
     evidence: float
+    """Of the laws and effects against the rig without them, nats."""
     held: Mapping[str, float]
+    """Sizes of effects that were held, by full name: the laws are what remains beside them."""
 
 
 def missing_laws(

@@ -75,28 +75,19 @@ WITHIN = 4.0
 
 @dataclass(frozen=True, eq=False)
 class EquationTerms:
-    """The terms of an equation.
-
-    Attributes
-    ----------
-    equation
-        name of the equation.
-    gain
-        logarithm of their evidence above that of none, nats, >= 0.
-    problem, x
-        the fit with the terms over tables, with their sizes.
-    sizes
-        standard deviation of each term by its variable, in the unit of the equation.
-    scale
-        size that a term may be expected to have.
-    """
+    """The terms of an equation."""
 
     equation: str
+    """Name of the equation."""
     gain: float
+    """Logarithm of their evidence above that of none, nats, >= 0."""
     problem: Problem
     x: FloatArray
+    """The fit with the terms over tables, with their sizes."""
     sizes: Mapping[str, float]
+    """Standard deviation of each term by its variable, in the unit of the equation."""
     scale: float
+    """Size that a term may be expected to have."""
 
 
 def equation_terms(

@@ -80,44 +80,30 @@ LEAST_WINDOW_SAMPLES = 10
 
 @dataclass(frozen=True, eq=False)
 class Case:
-    """All inputs of a fit; they are the same for all candidates.
-
-    Attributes
-    ----------
-    rig
-        the rig as configured in the rig file.
-    training, held_out
-        records to fit and held-out records; all of them have the compared outputs.
-    outputs
-        names of the compared outputs: those that vary by more than noise in every record.
-    left_out
-        names of the outputs that all records have but that are not compared.
-    floors
-        noise floor by output: the largest over the training records.
-    substeps
-        integration steps per sample.
-    blocks
-        true if training and held-out data are different blocks of the same records.
-    window_s, all_states
-        length of the windows in s, and which states are reset in each window, as in `compare`.
-    held
-        values of parameters of effects that are not fitted, by full name.
-    prepared
-        results of `compare` so far, which the fits of all candidates share.
-    """
+    """All inputs of a fit; they are the same for all candidates."""
 
     rig: Rig
+    """The rig as configured in the rig file."""
     training: tuple[Record, ...]
     held_out: tuple[Record, ...]
+    """Records to fit and held-out records; all of them have the compared outputs."""
     outputs: tuple[str, ...]
+    """Names of the compared outputs: those that vary by more than noise in every record."""
     left_out: tuple[str, ...]
+    """Names of the outputs that all records have but that are not compared."""
     floors: Mapping[str, NoiseFloor]
+    """Noise floor by output: the largest over the training records."""
     substeps: int = SUBSTEPS
+    """Integration steps per sample."""
     blocks: bool = False
+    """True if training and held-out data are different blocks of the same records."""
     window_s: float = WINDOW_S
     all_states: bool = False
+    """Length of the windows in s, and which states are reset in each window, as in `compare`."""
     held: Mapping[str, float] = field(default_factory=dict)
+    """Values of parameters of effects that are not fitted, by full name."""
     prepared: dict[tuple[Record, float, bool, Blocks], Compared] = field(default_factory=dict)
+    """Results of `compare` so far, which the fits of all candidates share."""
 
     @property
     def records(self) -> tuple[Record, ...]:

@@ -48,26 +48,18 @@ LONGEST_SMOOTHED_S = 0.03
 
 @dataclass(frozen=True, eq=False)
 class Compared:
-    """A record of N samples, divided into windows.
-
-    Attributes
-    ----------
-    record
-        the record, without gaps.
-    outputs
-        measured columns that are compared, by name, shape (N,) each.
-    window
-        shape (N,), number of the window of each sample, -1 for a skipped sample.
-    aligned
-        shape (N, 4), states for `ehsid.simulate_plant`, NaN where it keeps its own. Each window
-        starts with the measured position, or with all measured states; the first sample holds all
-        that is known of the state.
-    """
+    """A record of N samples, divided into windows."""
 
     record: Record
+    """The record, without gaps."""
     outputs: Mapping[str, FloatArray]
+    """Measured columns that are compared, by name, shape (N,) each."""
     window: npt.NDArray[np.int64]
+    """Shape (N,), number of the window of each sample, -1 for a skipped sample."""
     aligned: FloatArray
+    """Shape (N, 4), states for `ehsid.simulate_plant`, NaN where it keeps its own. Each window
+    starts with the measured position, or with all measured states; the first sample holds all that
+    is known of the state."""
 
     @cached_property
     def used(self) -> npt.NDArray[np.bool_]:

@@ -50,24 +50,16 @@ AGREEMENT = 0.25
 
 @dataclass(frozen=True, eq=False)
 class Fit:
-    """Result of a fit.
-
-    Attributes
-    ----------
-    x
-        shape (n,), final parameters, inside the bounds.
-    cost
-        cost at x, nats.
-    iterations
-        number of steps taken.
-    converged
-        true if the last step decreased the cost by less than GAIN, or no step decreased it.
-    """
+    """Result of a fit."""
 
     x: FloatArray
+    """Shape (n,), final parameters, inside the bounds."""
     cost: float
+    """Cost at x, nats."""
     iterations: int
+    """Number of steps taken."""
     converged: bool
+    """True if the last step decreased the cost by less than GAIN, or no step decreased it."""
 
 
 def fit(
@@ -194,24 +186,16 @@ LEAST_HATS = 3
 
 @dataclass(frozen=True, eq=False)
 class Hats:
-    """The hat functions of a record with W windows of L samples.
-
-    Attributes
-    ----------
-    begins
-        first sample of each window, shape (W,).
-    shapes
-        the n hats of a window, shape (n, L).
-    spacing_s
-        distance of the nodes, s.
-    samples
-        number of samples of the record.
-    """
+    """The hat functions of a record with W windows of L samples."""
 
     begins: npt.NDArray[np.int64]
+    """First sample of each window, shape (W,)."""
     shapes: FloatArray
+    """The n hats of a window, shape (n, L)."""
     spacing_s: float
+    """Distance of the nodes, s."""
     samples: int
+    """Number of samples of the record."""
 
     @property
     def count(self) -> int:

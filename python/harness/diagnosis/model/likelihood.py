@@ -28,25 +28,17 @@ from .spectrum import Spectrum
 
 @dataclass(frozen=True, eq=False)
 class OutputLikelihood:
-    """Likelihood of the coefficients of the errors of an output.
-
-    Attributes
-    ----------
-    spectrum
-        bands of the coefficients.
-    counts
-        number n_b of independent coefficients in each band, shape (BANDS,).
-    tolerated
-        power floor^2 + tolerance^2 M_b of errors that are no gap, shape (BANDS,), > 0.
-    white
-        true if the disturbance has the same variance in all bands. The largest errors then decide,
-        which leads a fit from far away to the neighbourhood of its minimum.
-    """
+    """Likelihood of the coefficients of the errors of an output."""
 
     spectrum: Spectrum
+    """Bands of the coefficients."""
     counts: FloatArray
+    """Number n_b of independent coefficients in each band, shape (BANDS,)."""
     tolerated: FloatArray
+    """Power floor^2 + tolerance^2 M_b of errors that are no gap, shape (BANDS,), > 0."""
     white: bool = False
+    """True if the disturbance has the same variance in all bands. The largest errors then decide,
+    which leads a fit from far away to the neighbourhood of its minimum."""
 
     def cost(self, coefficients: FloatArray) -> float:
         """Negative log-likelihood of coefficients (R,), nats; infinite if they are not finite."""

@@ -99,26 +99,18 @@ SMALLEST_SHARE = 1e-5
 
 @dataclass(frozen=True)
 class Parameter:
-    """A value of the plant as a parameter x of the fit; x is the value or its logarithm.
-
-    Attributes
-    ----------
-    name
-        full name of the value.
-    logarithmic
-        true if x = ln(value), for positive values whose uncertainty is a factor.
-    centre, sigma
-        mean and standard deviation of the normal prior of x; sigma is infinite without a prior.
-    low, high
-        bounds of x.
-    """
+    """A value of the plant as a parameter x of the fit; x is the value or its logarithm."""
 
     name: str
+    """Full name of the value."""
     logarithmic: bool
+    """True if x = ln(value), for positive values whose uncertainty is a factor."""
     centre: float
     sigma: float
+    """Mean and standard deviation of the normal prior of x; sigma is infinite without a prior."""
     low: float
     high: float
+    """Bounds of x."""
 
     def value(self, x: float) -> float:
         """Value of the plant that belongs to x."""
@@ -264,25 +256,17 @@ NUGGET = 1e-6
 
 @dataclass(frozen=True, eq=False)
 class Law:
-    """Table of K values that a fit determines.
-
-    Attributes
-    ----------
-    adds_to, of
-        equation and variable, as `TableLaw` has them.
-    knots
-        shape (K,), rising.
-    size
-        standard deviation s of the values by the prior, in the unit of the equation.
-    suffix
-        end of the name, where the rig has a table of the same name already.
-    """
+    """Table of K values that a fit determines."""
 
     adds_to: str
     of: str
+    """Equation and variable, as `TableLaw` has them."""
     knots: FloatArray
+    """Shape (K,), rising."""
     size: float
+    """Standard deviation s of the values by the prior, in the unit of the equation."""
     suffix: str = ""
+    """End of the name, where the rig has a table of the same name already."""
 
     @property
     def name(self) -> str:

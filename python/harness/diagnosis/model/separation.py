@@ -49,18 +49,12 @@ CandidateModel = tuple[tuple[str, ...], Mapping[str, float]]
 
 @dataclass(frozen=True)
 class Separation:
-    """Separation of a candidate from the best candidate by a record.
-
-    Attributes
-    ----------
-    nats
-        evidence by which the candidate, fitted to the record, is below the best candidate.
-    deviation
-        its standard deviation, nats, by the scatter over the windows and by the noise.
-    """
+    """Separation of a candidate from the best candidate by a record."""
 
     nats: float
+    """Evidence by which the candidate, fitted to the record, is below the best candidate."""
     deviation: float
+    """Its standard deviation, nats, by the scatter over the windows and by the noise."""
 
     @property
     def power(self) -> float:
@@ -156,21 +150,14 @@ def _replayed(rig: Rig, candidate: CandidateModel, record: Record) -> Record:
 
 @dataclass(frozen=True, eq=False)
 class _Fitted:
-    """A candidate after its fit to a record.
-
-    Attributes
-    ----------
-    likelihoods
-        likelihood by output.
-    rms
-        root mean square error by output, in the unit of the output.
-    powers
-        mean squared coefficients by window, output and band, shape (W, outputs, BANDS).
-    """
+    """A candidate after its fit to a record."""
 
     likelihoods: Mapping[str, OutputLikelihood]
+    """Likelihood by output."""
     rms: Mapping[str, float]
+    """Root mean square error by output, in the unit of the output."""
     powers: FloatArray
+    """Mean squared coefficients by window, output and band, shape (W, outputs, BANDS)."""
 
 
 def _fitted(
@@ -254,22 +241,16 @@ class Relevance:
 
 @dataclass(frozen=True, eq=False)
 class Quadratic:
-    """Squares of the errors of B bands of outputs as a function of n parameters.
-
-    Attributes
-    ----------
-    squares, products, grams
-        sum of squares, (B,), its half gradient, (B, n), and half Hessian, (B, n, n).
-    rows, independent, tolerated
-        number of coefficients, of independent ones, and tolerated power, shape (B,) each.
-    """
+    """Squares of the errors of B bands of outputs as a function of n parameters."""
 
     squares: FloatArray
     products: FloatArray
     grams: FloatArray
+    """Sum of squares, (B,), its half gradient, (B, n), and half Hessian, (B, n, n)."""
     rows: FloatArray
     independent: FloatArray
     tolerated: FloatArray
+    """Number of coefficients, of independent ones, and tolerated power, shape (B,) each."""
 
 
 def quadratic(problem: Problem, linear: Linear) -> Quadratic:

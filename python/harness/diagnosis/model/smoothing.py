@@ -32,56 +32,38 @@ OWN_SHARE = 1e-6
 
 @dataclass(frozen=True, eq=False)
 class Part:
-    """Windows of one record: W windows of R errors, n nodes and p shared parameters.
-
-    Attributes
-    ----------
-    errors
-        shape (W, R).
-    responses
-        derivatives by the values at the nodes, shape (W, R, n).
-    slopes
-        derivatives by the shared parameters, shape (W, R, p).
-    known
-        what the shared parameters add to the input at the nodes, shape (W, n, p).
-    correlation
-        K, shape (n, n).
-    """
+    """Windows of one record: W windows of R errors, n nodes and p shared parameters."""
 
     errors: FloatArray
+    """Shape (W, R)."""
     responses: FloatArray
+    """Derivatives by the values at the nodes, shape (W, R, n)."""
     slopes: FloatArray
+    """Derivatives by the shared parameters, shape (W, R, p)."""
     known: FloatArray
+    """What the shared parameters add to the input at the nodes, shape (W, n, p)."""
     correlation: FloatArray
+    """K, shape (n, n)."""
 
 
 @dataclass(frozen=True, eq=False)
 class Smoothed:
-    """Posterior: by part the mean, (W, n), and deviation, (W, n), of the whole unknown input.
-
-    Attributes
-    ----------
-    size
-        standard deviation q of the input by the prior.
-    changes
-        mean of the shared parameters, shape (p,).
-    evidence
-        logarithm of the probability of the errors, nats.
-    rest, spread
-        errors that remain at the mean, by part, shape (W, R), and the variances of what the
-        posterior makes of them, without the noise.
-    next_size
-        size q that this posterior asks for.
-    """
+    """Posterior: by part the mean, (W, n), and deviation, (W, n), of the whole unknown input."""
 
     means: tuple[FloatArray, ...]
     deviations: tuple[FloatArray, ...]
     size: float
+    """Standard deviation q of the input by the prior."""
     changes: FloatArray
+    """Mean of the shared parameters, shape (p,)."""
     evidence: float
+    """Logarithm of the probability of the errors, nats."""
     rest: tuple[FloatArray, ...]
     spread: tuple[FloatArray, ...]
+    """Errors that remain at the mean, by part, shape (W, R), and the variances of what the
+    posterior makes of them, without the noise."""
     next_size: float
+    """Size q that this posterior asks for."""
 
 
 def ornstein_uhlenbeck(count: int, spacing_s: float, corner_hz: float) -> FloatArray:

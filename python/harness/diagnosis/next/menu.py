@@ -44,37 +44,24 @@ SEED = 7
 
 @dataclass(frozen=True)
 class Entry:
-    """An excitation of the menu.
-
-    Attributes
-    ----------
-    description
-        description for the operator; {speed} in mm/s and {size} in per cent are filled in.
-    size
-        amplitude of the command, as a share of its limit.
-    shape
-        function that returns the shape of the command.
-    """
+    """An excitation of the menu."""
 
     description: str
+    """Description for the operator; {speed} in mm/s and {size} in per cent are filled in."""
     size: float
+    """Amplitude of the command, as a share of its limit."""
     shape: Shape
+    """Function that returns the shape of the command."""
 
 
 @dataclass(frozen=True, eq=False)
 class Experiment:
-    """An experiment with the outputs that the best candidate predicts.
-
-    Attributes
-    ----------
-    description
-        one line for the operator.
-    record
-        command and all outputs of the plant, without noise.
-    """
+    """An experiment with the outputs that the best candidate predicts."""
 
     description: str
+    """One line for the operator."""
     record: Record
+    """Command and all outputs of the plant, without noise."""
 
 
 def _triangle(period_s: float, n: int, dt_s: float) -> FloatArray:

@@ -59,47 +59,33 @@ STARTS_KEPT = 2
 
 @dataclass(frozen=True, eq=False)
 class FittedCandidate:
-    """Candidate explanation of the records: the calibrated rig with a set of effects.
-
-    Attributes
-    ----------
-    effects
-        ids of the effects; none for the calibration alone.
-    x
-        fitted parameters, shape (n,), in the order of `Case.parameters(effects)`, then those of the
-        laws.
-    values
-        the same as values of the plant, by full name, without those of the laws.
-    cost
-        cost on the training records, prior included, nats.
-    held_out_cost
-        cost on the held-out records, without the prior, nats.
-    converged
-        whether the fit converged within its iterations.
-    squares, counts
-        held-out errors by window: sums of squares, shape (W, outputs), and numbers of samples,
-        shape (W,). The mean of each window is subtracted from the errors of the position.
-    powers, fit_powers
-        sums of squared coefficients by window, output and band, shape (W, outputs, BANDS), of the
-        held-out and of the training records; see `model.spectrum`.
-    sums
-        sums over the held-out windows from which the gap follows as the contract defines it.
-    laws
-        laws without a name that were fitted with the effects.
-    """
+    """Candidate explanation of the records: the calibrated rig with a set of effects."""
 
     effects: tuple[str, ...]
+    """Ids of the effects; none for the calibration alone."""
     x: FloatArray
+    """Fitted parameters, shape (n,), in the order of `Case.parameters(effects)`, then those of the
+    laws."""
     values: Mapping[str, float]
+    """The same as values of the plant, by full name, without those of the laws."""
     cost: float
+    """Cost on the training records, prior included, nats."""
     held_out_cost: float
+    """Cost on the held-out records, without the prior, nats."""
     converged: bool
+    """Whether the fit converged within its iterations."""
     squares: FloatArray
     counts: FloatArray
+    """Held-out errors by window: sums of squares, shape (W, outputs), and numbers of samples, shape
+    (W,). The mean of each window is subtracted from the errors of the position."""
     powers: FloatArray
     fit_powers: FloatArray
+    """Sums of squared coefficients by window, output and band, shape (W, outputs, BANDS), of the
+    held-out and of the training records; see `model.spectrum`."""
     sums: WindowSums
+    """Sums over the held-out windows from which the gap follows as the contract defines it."""
     laws: tuple[Law, ...] = ()
+    """Laws without a name that were fitted with the effects."""
 
     def tables(self) -> dict[str, TableLaw]:
         """The fitted laws as tables of a rig file, by name."""

@@ -18,20 +18,14 @@ from ..schema import Gaps, HowFar, Value
 
 @dataclass(frozen=True, eq=False)
 class WindowSums:
-    """Sums over each window, by output, shape (W,) each.
-
-    Attributes
-    ----------
-    error, spread
-        sums of squared errors, and of squared measured values less their window's mean, in the
-        squared unit of the output.
-    count
-        number of samples.
-    """
+    """Sums over each window, by output, shape (W,) each."""
 
     error: Mapping[str, FloatArray]
     spread: Mapping[str, FloatArray]
+    """Sums of squared errors, and of squared measured values less their window's mean, in the
+    squared unit of the output."""
     count: FloatArray
+    """Number of samples."""
 
 
 def _by_window(numbers: npt.NDArray[np.int64], values: FloatArray) -> FloatArray:

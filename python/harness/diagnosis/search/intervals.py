@@ -200,21 +200,14 @@ AT_BOUND = 1e-3
 
 @dataclass(frozen=True)
 class AtBound:
-    """A fitted value at an end of its range.
-
-    Attributes
-    ----------
-    key
-        full name of the value.
-    value
-        where the fit ended.
-    end
-        "lower" or "upper".
-    """
+    """A fitted value at an end of its range."""
 
     key: ParameterKey
+    """Full name of the value."""
     value: float
+    """Where the fit ended."""
     end: str
+    """"lower" or "upper"."""
 
     @property
     def told(self) -> str:
@@ -240,19 +233,13 @@ def values_at_bounds(case: Case, best: FittedCandidate) -> tuple[AtBound, ...]:
 
 @dataclass(frozen=True)
 class LikelihoodGain:
-    """Gain in log-likelihood of a candidate over a reference candidate.
-
-    Attributes
-    ----------
-    nats
-        held-out log-likelihood of the candidate minus that of the reference, nats.
-    relative
-        ln(errors of the reference / errors of the candidate), noise floor included, mean over the
-        outputs: 0.1 is 10 %.
-    """
+    """Gain in log-likelihood of a candidate over a reference candidate."""
 
     nats: float
+    """Held-out log-likelihood of the candidate minus that of the reference, nats."""
     relative: float
+    """ln(errors of the reference / errors of the candidate), noise floor included, mean over the
+    outputs: 0.1 is 10 %."""
 
 
 def likelihood_gain(

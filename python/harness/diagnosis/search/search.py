@@ -79,22 +79,15 @@ class Look(Protocol):
 
 @dataclass(frozen=True, eq=False)
 class SearchResult:
-    """Result of the search: all candidates that were fitted.
-
-    Attributes
-    ----------
-    nominal, calibrated
-        the rig as configured, and with its values fitted.
-    refined
-        sets of effects that got the long fit, lowest held-out cost first.
-    screened
-        short fits of each effect alone.
-    """
+    """Result of the search: all candidates that were fitted."""
 
     nominal: FittedCandidate
     calibrated: FittedCandidate
+    """The rig as configured, and with its values fitted."""
     refined: tuple[FittedCandidate, ...]
+    """Sets of effects that got the long fit, lowest held-out cost first."""
     screened: tuple[FittedCandidate, ...]
+    """Short fits of each effect alone."""
 
     def fitted(self) -> list[FittedCandidate]:
         """Each set once, with its longest fit, lowest held-out cost first."""

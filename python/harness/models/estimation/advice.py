@@ -47,22 +47,15 @@ class Setting:
 
 @dataclass(frozen=True)
 class Trial:
-    """A change with which the estimate converges on this record.
-
-    Attributes
-    ----------
-    why
-        what the run showed that suggested it, in a sentence.
-    setting
-        what to change.
-    one_step_fit_percent, residuals_white
-        of the estimate with the change.
-    """
+    """A change with which the estimate converges on this record."""
 
     why: str
+    """What the run showed that suggested it, in a sentence."""
     setting: Setting
+    """What to change."""
     one_step_fit_percent: float
     residuals_white: bool
+    """Of the estimate with the change."""
 
 
 @dataclass(frozen=True)

@@ -25,23 +25,17 @@ GAP = float("nan")
 
 @dataclass(frozen=True, eq=False)
 class _Lane:
-    """A record as one column for a bank.
-
-    Attributes
-    ----------
-    u, y
-        shape (M,), the segments, each behind a sample of NaN: the estimator refuses it and clears
-        its history, so that no regressor spans the gap between two segments.
-    sample
-        shape (M,), whether this is a sample of the record.
-    """
+    """A record as one column for a bank."""
 
     data: IoData
     scaling: ehsid.Scaling
     estimator: ehsid.ArxEstimator
     u: FloatArray
     y: FloatArray
+    """Shape (M,), the segments, each behind a sample of NaN: the estimator refuses it and clears
+    its history, so that no regressor spans the gap between two segments."""
     sample: npt.NDArray[np.bool_]
+    """Shape (M,), whether this is a sample of the record."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -28,69 +28,55 @@ class Estimate:
 
     Attributes
     ----------
-    orders
-        structure of the model.
-    forgetting
-        the forgetting policy, in words.
-    method
-        "rls" or "riv", see `ehsid.ArxEstimator`.
-    theta, standard_deviation
-        shape (n,), estimate and its standard deviation at the end of the record, in the units of
-        the signals. The constant term is that of the signals as they are in the record, as in
-        `identify`.
-    u_mean, y_mean
-        means that the signals of the model lack: those of the record without a constant term, 0
-        with one.
-    times_tolerance
-        shape (n,), standard deviation over the largest with which a parameter counts as settled, of
-        the scaled parameters that `ConvergenceMonitor` judges.
-    n_samples
-        number of samples in the segments of the record.
-    n_start
-        number of start-up equations that `rmse` and `one_step_fit_percent` leave out: 10 per
-        parameter. The start values are so uncertain that the first few predictions have large
-        errors, which would determine both figures.
-    rmse
-        root mean square of the innovation after the start-up, in the unit of the output.
-    one_step_fit_percent
-        fit in percent, after the start-up, of the prediction made at each sample with the
-        parameters of the sample before.
-    simulation_fit_percent
-        fit in percent of a free run over the whole record with the final parameters.
     resets, skipped
         number of detected changes, and of samples without information.
-    settled, converged
-        whether each parameter is determined to 5 % at the end, computed as if the residuals were
-        white; whether they also show no sign that they are not.
-    residuals_white, whiteness
-        whether the residuals pass the test of `WhitenessMonitor` at the end, and its statistic. If
-        they do not, the parameters are biased, and `standard_deviation` is enlarged but may still
-        be too small.
-    servo
-        the record read as a servo by `ehsid.ServoEstimator`; None where the model is not of the
-        orders of a servo, na = nb = 3, or the sampling time is not known.
     """
 
     orders: ArxOrders
+    """Structure of the model."""
     forgetting: str
+    """The forgetting policy, in words."""
     method: str
+    """"rls" or "riv", see `ehsid.ArxEstimator`."""
     theta: FloatArray
     standard_deviation: FloatArray
+    """Shape (n,), estimate and its standard deviation at the end of the record, in the units of the
+    signals. The constant term is that of the signals as they are in the record, as in `identify`.
+    """
     u_mean: float
     y_mean: float
+    """Means that the signals of the model lack: those of the record without a constant term, 0 with
+    one."""
     times_tolerance: FloatArray
+    """Shape (n,), standard deviation over the largest with which a parameter counts as settled, of
+    the scaled parameters that `ConvergenceMonitor` judges."""
     n_samples: int
+    """Number of samples in the segments of the record."""
     n_start: int
+    """Number of start-up equations that `rmse` and `one_step_fit_percent` leave out: 10 per
+    parameter. The start values are so uncertain that the first few predictions have large errors,
+    which would determine both figures."""
     rmse: float
+    """Root mean square of the innovation after the start-up, in the unit of the output."""
     one_step_fit_percent: float
+    """Fit in percent, after the start-up, of the prediction made at each sample with the parameters
+    of the sample before."""
     simulation_fit_percent: float
+    """Fit in percent of a free run over the whole record with the final parameters."""
     resets: int
     settled: bool
     converged: bool
+    """Whether each parameter is determined to 5 % at the end, computed as if the residuals were
+    white; whether they also show no sign that they are not."""
     skipped: int
     residuals_white: bool
     whiteness: float
+    """Whether the residuals pass the test of `WhitenessMonitor` at the end, and its statistic. If
+    they do not, the parameters are biased, and `standard_deviation` is enlarged but may still be
+    too small."""
     servo: ServoPath | None
+    """The record read as a servo by `ehsid.ServoEstimator`; None where the model is not of the
+    orders of a servo, na = nb = 3, or the sampling time is not known."""
 
     def to_dict(self) -> dict[str, Any]:
         """Returns plain values for JSON, without the paths: they are data, not results."""
@@ -128,27 +114,19 @@ class Estimate:
 
 @dataclass(frozen=True, eq=False)
 class EstimationResult(Estimate):
-    """Figures at the end of a record of N samples, and the paths that lead there.
-
-    Attributes
-    ----------
-    theta_path, deviation_path
-        shape (N, n), estimate and its standard deviation after each sample. The deviations are NaN
-        for the first n + 1 equations, which do not determine the size of the noise. That of the
-        constant term is known at the end only: it needs the whole covariance.
-    innovation
-        shape (N,), measured minus predicted output; NaN where nothing was estimated.
-    forgetting_factor
-        shape (N,), forgetting factor lambda; NaN where nothing was estimated.
-    status
-        shape (N,), codes of `ehsid.Status`.
-    """
+    """Figures at the end of a record of N samples, and the paths that lead there."""
 
     theta_path: FloatArray
     deviation_path: FloatArray
+    """Shape (N, n), estimate and its standard deviation after each sample. The deviations are NaN
+    for the first n + 1 equations, which do not determine the size of the noise. That of the
+    constant term is known at the end only: it needs the whole covariance."""
     innovation: FloatArray
+    """Shape (N,), measured minus predicted output; NaN where nothing was estimated."""
     forgetting_factor: FloatArray
+    """Shape (N,), forgetting factor lambda; NaN where nothing was estimated."""
     status: npt.NDArray[np.uint8]
+    """Shape (N,), codes of `ehsid.Status`."""
 
 
 START_VARIANCE = 1e6  # of ArxEstimator
@@ -161,34 +139,23 @@ START_EQUATIONS = 10
 
 @dataclass(frozen=True)
 class Recursion:
-    """Settings of an estimator, the same for every record.
-
-    Attributes
-    ----------
-    orders
-        structure of the model, na and nb up to 6, nk up to 20. Without a constant term the model
-        takes the mean command of the record for the one at which the output stands still.
-    forgetting
-        forgetting policy, e.g. `ehsid.Exponential()`.
-    reset
-        whether lambda and P are reset when the RMSE shows a change of the plant.
-    guards
-        guards against wind-up; None takes the defaults, `ehsid.RlsOptions.textbook()` has none.
-    start_variance
-        P_ii at the start and after a reset, above 0, of the scaled signals in units of sigma^2.
-    dtype
-        "float32", as on the target, or "float64".
-    method
-        "rls", or for noise of the position sensor "riv".
-    """
+    """Settings of an estimator, the same for every record."""
 
     orders: ArxOrders
+    """Structure of the model, na and nb up to 6, nk up to 20. Without a constant term the model
+    takes the mean command of the record for the one at which the output stands still."""
     forgetting: ehsid.Forgetting
+    """Forgetting policy, e.g. `ehsid.Exponential()`."""
     reset: bool = True
+    """Whether lambda and P are reset when the RMSE shows a change of the plant."""
     guards: ehsid.RlsOptions | None = None
+    """Guards against wind-up; None takes the defaults, `ehsid.RlsOptions.textbook()` has none."""
     start_variance: float = START_VARIANCE
+    """P_ii at the start and after a reset, above 0, of the scaled signals in units of sigma^2."""
     dtype: str = "float32"
+    """"float32", as on the target, or "float64"."""
     method: str = "rls"
+    """"rls", or for noise of the position sensor "riv"."""
 
     def estimator(self, scaling: ehsid.Scaling | None = None) -> ehsid.ArxEstimator:
         """Returns an estimator with these settings.

@@ -30,29 +30,20 @@ LOOK, CLEARLY = 20_000, 0.5
 
 @dataclass(frozen=True, eq=False, repr=False)
 class ServoValue:
-    """One of K, omega_n and xi over the N samples of a record.
-
-    Attributes
-    ----------
-    name, unit
-        as shown.
-    path, half_path
-        shape (N,), value and half of its 90 % interval after each sample; NaN before the first.
-    trusted_path
-        shape (N,), whether a controller may use the value.
-    trusted_share
-        share of the samples at which the value is trusted.
-    reason
-        of the last sample: why the value is not trusted.
-    """
+    """One of K, omega_n and xi over the N samples of a record."""
 
     name: str
     unit: str
+    """As shown."""
     path: FloatArray
     half_path: FloatArray
+    """Shape (N,), value and half of its 90 % interval after each sample; NaN before the first."""
     trusted_path: npt.NDArray[np.bool_]
+    """Shape (N,), whether a controller may use the value."""
     trusted_share: float
+    """Share of the samples at which the value is trusted."""
     reason: ehsid.TrustReason
+    """Of the last sample: why the value is not trusted."""
 
     @property
     def trusted(self) -> bool:
@@ -97,23 +88,16 @@ class ServoValue:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class ServoPath:
-    """What `ehsid.ServoEstimator` told of a record: Eq. (5), K omega_n^2 / (s (s^2 + ..)).
-
-    Attributes
-    ----------
-    gain, omega_n, xi
-        in units of the output per s and unit of the input, rad/s, and 1.
-    delay
-        in samples, as found.
-    resets
-        how often all began anew.
-    """
+    """What `ehsid.ServoEstimator` told of a record: Eq. (5), K omega_n^2 / (s (s^2 + ..))."""
 
     gain: ServoValue
     omega_n: ServoValue
     xi: ServoValue
+    """In units of the output per s and unit of the input, rad/s, and 1."""
     delay: int
+    """In samples, as found."""
     resets: int
+    """How often all began anew."""
 
     def __repr__(self) -> str:
         return "; ".join(map(repr, self))

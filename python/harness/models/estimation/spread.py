@@ -31,25 +31,17 @@ SAME_TIME = 0.01
 
 @dataclass(frozen=True)
 class RecordEstimate:
-    """The estimate of one record.
-
-    Attributes
-    ----------
-    file
-        name of the record.
-    samples, dt_s
-        number of samples, and sampling time in seconds; None if the record has no time.
-    estimate
-        what `ehsid estimate` gives for this record alone, with its "reading" where it is a log.
-    warnings
-        why the coefficients may not be those of the machine.
-    """
+    """The estimate of one record."""
 
     file: str
+    """Name of the record."""
     samples: int
     dt_s: float | None
+    """Number of samples, and sampling time in seconds; None if the record has no time."""
     estimate: dict[str, Any]
+    """What `ehsid estimate` gives for this record alone, with its "reading" where it is a log."""
     warnings: tuple[str, ...]
+    """Why the coefficients may not be those of the machine."""
 
     def interval(self, name: str) -> tuple[float, float, float]:
         """Returns value and ends of the interval of a quantity; NaN where there is none.
@@ -67,88 +59,61 @@ class RecordEstimate:
 
 @dataclass(frozen=True)
 class Coefficient:
-    """One quantity over all records that were compared.
-
-    Attributes
-    ----------
-    name
-        K, omega_n, xi, a1, b1 and so on.
-    median
-        middle of the records.
-    spread
-        standard deviation between the records, from the median absolute deviation, which outliers
-        hardly change.
-    low, high
-        5 % and 95 % quantile.
-    standard_deviation
-        median of the standard deviations that the records give themselves. If `spread` is much
-        larger, the machines or their working points differ.
-    """
+    """One quantity over all records that were compared."""
 
     name: str
+    """K, omega_n, xi, a1, b1 and so on."""
     median: float
+    """Middle of the records."""
     spread: float
+    """Standard deviation between the records, from the median absolute deviation, which outliers
+    hardly change."""
     low: float
     high: float
+    """5 % and 95 % quantile."""
     standard_deviation: float
+    """Median of the standard deviations that the records give themselves. If `spread` is much
+    larger, the machines or their working points differ."""
 
 
 @dataclass(frozen=True)
 class Outlier:
-    """A coefficient of a record that is far from that of the others.
-
-    Attributes
-    ----------
-    file, coefficient, value
-        which, and what it is.
-    distance
-        from the median, in standard deviations: see `distances`.
-    """
+    """A coefficient of a record that is far from that of the others."""
 
     file: str
     coefficient: str
     value: float
+    """Which, and what it is."""
     distance: float
+    """From the median, in standard deviations: see `distances`."""
 
 
 @dataclass(frozen=True)
 class Estimates:
-    """The estimates of a folder of records.
-
-    Attributes
-    ----------
-    na, nb, nk, forgetting, method
-        as in the estimate of each record.
-    dt_s
-        sampling time of the compared records, s; None if most have no time.
-    compared
-        number of records in `coefficients`: those with this sampling time.
-    limit
-        distance above which a coefficient is an outlier: by chance, about one folder in a hundred
-        has one. None with fewer than five records, which tell no outlier.
-    coefficients
-        K, omega_n and xi where they can be trusted, and the coefficients in the order of the model,
-        without its constant term.
-    outliers
-        the farthest first.
-    records
-        by name.
-    failed
-        messages of the files that could not be used, by name.
-    """
+    """The estimates of a folder of records."""
 
     na: int
     nb: int
     nk: int
     forgetting: str
     method: str
+    """As in the estimate of each record."""
     dt_s: float | None
+    """Sampling time of the compared records, s; None if most have no time."""
     compared: int
+    """Number of records in `coefficients`: those with this sampling time."""
     limit: float | None
+    """Distance above which a coefficient is an outlier: by chance, about one folder in a hundred
+    has one. None with fewer than five records, which tell no outlier."""
     coefficients: tuple[Coefficient, ...]
+    """K, omega_n and xi where they can be trusted, and the coefficients in the order of the model,
+    without its constant term."""
     outliers: tuple[Outlier, ...]
+    """The farthest first."""
     records: tuple[RecordEstimate, ...]
+    """By name."""
     failed: dict[str, str]
+    """Messages of the files that could not be used, by name."""
     schema_version: int = 1
 
 

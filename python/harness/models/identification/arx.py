@@ -26,24 +26,16 @@ SHARE_THAT_COUNTS = 1e-3
 
 @dataclass(frozen=True, eq=False)
 class Regression:
-    """Rows of Eq. (8), y(k) = phi(k)' theta + e(k), for all k whose past samples are available.
-
-    Attributes
-    ----------
-    phi
-        shape (n_rows, n_parameters), regression matrix.
-    y
-        shape (n_rows,), output y(k).
-    index
-        shape (n_rows,), sample number k of each row.
-    runs
-        slices of rows with consecutive k.
-    """
+    """Rows of Eq. (8), y(k) = phi(k)' theta + e(k), for all k whose past samples are available."""
 
     phi: FloatArray
+    """Shape (n_rows, n_parameters), regression matrix."""
     y: FloatArray
+    """Shape (n_rows,), output y(k)."""
     index: npt.NDArray[np.int64]
+    """Shape (n_rows,), sample number k of each row."""
     runs: tuple[slice, ...]
+    """Slices of rows with consecutive k."""
 
 
 def regression(data: IoData, orders: ArxOrders, *, skip: int | None = None) -> Regression:
@@ -160,35 +152,24 @@ def _rank_deficient(null_space: FloatArray, names: tuple[str, ...]) -> Unexcited
 
 @dataclass(frozen=True, eq=False)
 class ArxModel:
-    """An estimated ARX model.
-
-    Attributes
-    ----------
-    orders
-        structure of the model.
-    theta
-        shape (d,), estimated parameters (a1..a_na, b1..b_nb[, offset]).
-    covariance
-        shape (d, d), noise_variance (phi' phi)^-1; it describes the scatter of theta if the
-        residuals are white (Ljung, System Identification, 2nd ed. 1999, ch. 9).
-    noise_variance
-        sum of squared residuals / (n_rows - d); NaN if n_rows = d.
-    loss
-        sum of squared residuals / n_rows.
-    n_rows
-        number of equations used.
-    u_mean, y_mean
-        means subtracted from input and output before the estimation; 0 if none were subtracted.
-    """
+    """An estimated ARX model."""
 
     orders: ArxOrders
+    """Structure of the model."""
     theta: FloatArray
+    """Shape (d,), estimated parameters (a1..a_na, b1..b_nb[, offset])."""
     covariance: FloatArray
+    """Shape (d, d), noise_variance (phi' phi)^-1; it describes the scatter of theta if the
+    residuals are white (Ljung, System Identification, 2nd ed. 1999, ch. 9)."""
     noise_variance: float
+    """Sum of squared residuals / (n_rows - d); NaN if n_rows = d."""
     loss: float
+    """Sum of squared residuals / n_rows."""
     n_rows: int
+    """Number of equations used."""
     u_mean: float = 0.0
     y_mean: float = 0.0
+    """Means subtracted from input and output before the estimation; 0 if none were subtracted."""
 
     @property
     def a(self) -> FloatArray:

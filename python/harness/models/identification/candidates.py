@@ -116,30 +116,21 @@ def _log(value: float) -> float:
 
 @dataclass(frozen=True, eq=False)
 class Candidate:
-    """An estimated structure and its figures of merit.
-
-    Attributes
-    ----------
-    orders
-        structure of the model.
-    model
-        model estimated on the estimation part.
-    one_step_fit_percent
-        fit of the one-step prediction on the validation part, in percent.
-    simulation_fit_percent
-        fit of the free run on the validation part, in percent; -inf if the run diverges.
-    estimation, validation
-        loss, FPE, AIC and MDL of the one-step residuals on the estimation and validation part.
-        The theory of Akaike and Rissanen applies to `estimation`. The validation loss can be
-        compared without a penalty; its penalised forms are given because tables quote them.
-    """
+    """An estimated structure and its figures of merit."""
 
     orders: ArxOrders
+    """Structure of the model."""
     model: ArxModel
+    """Model estimated on the estimation part."""
     one_step_fit_percent: float
+    """Fit of the one-step prediction on the validation part, in percent."""
     simulation_fit_percent: float
+    """Fit of the free run on the validation part, in percent; -inf if the run diverges."""
     estimation: Criteria
     validation: Criteria
+    """Loss, FPE, AIC and MDL of the one-step residuals on the estimation and validation part. The
+    theory of Akaike and Rissanen applies to `estimation`. The validation loss can be compared
+    without a penalty; its penalised forms are given because tables quote them."""
 
 
 @dataclass(frozen=True)

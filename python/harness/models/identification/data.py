@@ -54,26 +54,18 @@ MOST = 1e100
 
 @dataclass(frozen=True, eq=False)
 class IoData:
-    """Samples of input u and output y; only the samples inside `segments` are used.
-
-    Attributes
-    ----------
-    u, y
-        float64 arrays of shape (n,), finite and at most 1e100 in size.
-    segments
-        slices of consecutive samples, in order, not overlapping.
-    dt_s
-        sampling time in seconds; None if it is not known.
-    input_name, output_name
-        names of the signals in messages and tables.
-    """
+    """Samples of input u and output y; only the samples inside `segments` are used."""
 
     u: npt.NDArray[np.float64]
     y: npt.NDArray[np.float64]
+    """float64 arrays of shape (n,), finite and at most 1e100 in size."""
     segments: tuple[slice, ...]
+    """Slices of consecutive samples, in order, not overlapping."""
     dt_s: float | None = None
+    """Sampling time in seconds; None if it is not known."""
     input_name: str = "u"
     output_name: str = "y"
+    """Names of the signals in messages and tables."""
 
     def __post_init__(self) -> None:
         for name, values in ((self.input_name, self.u), (self.output_name, self.y)):
@@ -173,24 +165,16 @@ class IoData:
 
 @dataclass(frozen=True)
 class ArxOrders:
-    """Structure of A(q^-1) y(k) = q^-nk B(q^-1) u(k) + e(k), Ghazali et al. 2011, Eq. (7).
-
-    Attributes
-    ----------
-    na
-        number of output coefficients a1..a_na, at least 1.
-    nb
-        number of input coefficients b1..b_nb, at least 1.
-    nk
-        delay in samples, at least 0; b1 multiplies u(k - nk).
-    offset
-        whether the model has a constant term.
-    """
+    """Structure of A(q^-1) y(k) = q^-nk B(q^-1) u(k) + e(k), Ghazali et al. 2011, Eq. (7)."""
 
     na: int
+    """Number of output coefficients a1..a_na, at least 1."""
     nb: int
+    """Number of input coefficients b1..b_nb, at least 1."""
     nk: int = 1
+    """Delay in samples, at least 0; b1 multiplies u(k - nk)."""
     offset: bool = False
+    """Whether the model has a constant term."""
 
     def __post_init__(self) -> None:
         if self.na < 1 or self.nb < 1 or self.nk < 0:

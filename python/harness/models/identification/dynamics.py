@@ -76,77 +76,54 @@ class Figure:
 
 @dataclass(frozen=True)
 class Root:
-    """A pole or a zero in the z plane; a pair of complex ones is one, with the upper root.
-
-    Attributes
-    ----------
-    real, imag
-        where it is; imag is 0 for a real root and above 0 for a pair.
-    deviation
-        standard deviation of its distance from z = 0; None where another root is too near to tell.
-    frequency_hz, damping
-        natural frequency |s| / (2 pi) and damping ratio -Re(s) / |s| of a pole, s = ln(z) / dt;
-        None for a zero, for a delay, for an integrator, and without a sampling time.
-    integrates
-        whether it is a pole that cannot be told from z = 1, as `velocity_gain.integrator` says; its
-        frequency and damping would be those of rounding errors.
-    """
+    """A pole or a zero in the z plane; a pair of complex ones is one, with the upper root."""
 
     real: float
     imag: float
+    """Where it is; imag is 0 for a real root and above 0 for a pair."""
     deviation: float | None
+    """Standard deviation of its distance from z = 0; None where another root is too near to tell.
+    """
     frequency_hz: float | None = None
     damping: float | None = None
+    """Natural frequency |s| / (2 pi) and damping ratio -Re(s) / |s| of a pole, s = ln(z) / dt; None
+    for a zero, for a delay, for an integrator, and without a sampling time."""
     integrates: bool = False
+    """Whether it is a pole that cannot be told from z = 1, as `velocity_gain.integrator` says; its
+    frequency and damping would be those of rounding errors."""
 
 
 @dataclass(frozen=True)
 class Servo:
-    """G(s) = K wn^2 / (s (s^2 + 2 xi wn s + wn^2)), Ghazali et al. 2011, Eq. (5).
-
-    Attributes
-    ----------
-    gain
-        velocity gain K, units of the output a second and unit of the input.
-    omega_n
-        natural frequency, rad/s.
-    xi
-        damping ratio.
-    """
+    """G(s) = K wn^2 / (s (s^2 + 2 xi wn s + wn^2)), Ghazali et al. 2011, Eq. (5)."""
 
     gain: Figure
+    """Velocity gain K, units of the output a second and unit of the input."""
     omega_n: Figure
+    """Natural frequency, rad/s."""
     xi: Figure
+    """Damping ratio."""
 
 
 @dataclass(frozen=True)
 class Dynamics:
-    """What a model says of the plant.
-
-    Attributes
-    ----------
-    poles, zeros
-        without those at z = 0 that follow from the structure.
-    stable
-        whether no pole lies outside of the unit circle, besides an integrator.
-    velocity_gain
-        K of a model that integrates, units of the output a second and unit of the input; None for
-        one that does not or is unstable, and without a sampling time.
-    static_gain
-        B(1) / A(1) of a stable model that does not integrate: output over input at rest; else None.
-    servo
-        the servo that the model is; None where it is none.
-    why_no_servo
-        why the model cannot be read as a servo, in a sentence; "" where it can.
-    """
+    """What a model says of the plant."""
 
     poles: tuple[Root, ...]
     zeros: tuple[Root, ...]
+    """Without those at z = 0 that follow from the structure."""
     stable: bool
+    """Whether no pole lies outside of the unit circle, besides an integrator."""
     velocity_gain: Figure | None
+    """K of a model that integrates, units of the output a second and unit of the input; None for
+    one that does not or is unstable, and without a sampling time."""
     static_gain: Figure | None
+    """B(1) / A(1) of a stable model that does not integrate: output over input at rest; else None.
+    """
     servo: Servo | None
+    """The servo that the model is; None where it is none."""
     why_no_servo: str
+    """Why the model cannot be read as a servo, in a sentence; "" where it can."""
 
 
 def dynamics(model: ArxModel, dt_s: float | None) -> Dynamics:

@@ -26,21 +26,14 @@ HIGHEST_SHARE = 0.499
 
 @dataclass(frozen=True, eq=False)
 class FrequencyResponse:
-    """Frequency response G(e^jw) of a sampled system.
-
-    Attributes
-    ----------
-    frequency_hz
-        shape (n,), increasing, above 0 and below half the sampling rate.
-    response
-        shape (n,), complex ratio of output to input.
-    source
-        origin of the response, in words.
-    """
+    """Frequency response G(e^jw) of a sampled system."""
 
     frequency_hz: FloatArray
+    """Shape (n,), increasing, above 0 and below half the sampling rate."""
     response: ComplexArray
+    """Shape (n,), complex ratio of output to input."""
     source: str
+    """Origin of the response, in words."""
 
     @property
     def magnitude_db(self) -> FloatArray:
@@ -55,15 +48,10 @@ class FrequencyResponse:
 
 @dataclass(frozen=True, eq=False)
 class EstimatedResponse(FrequencyResponse):
-    """Frequency response of an estimated model.
-
-    Attributes
-    ----------
-    covariance
-        shape (n, 2, 2), covariance of real and imaginary part of G at each frequency.
-    """
+    """Frequency response of an estimated model."""
 
     covariance: FloatArray
+    """Shape (n, 2, 2), covariance of real and imaginary part of G at each frequency."""
 
     def magnitude_band_db(self, level: float = 0.95) -> FloatArray:
         """Pointwise confidence interval of the magnitude in dB, shape (n, 2)."""
@@ -91,23 +79,16 @@ class EstimatedResponse(FrequencyResponse):
 
 @dataclass(frozen=True, eq=False)
 class Agreement:
-    """Comparison of a model's frequency response with a response taken as the truth.
-
-    Attributes
-    ----------
-    frequency_hz
-        shape (n,), frequencies of the true response.
-    magnitude_difference_db, phase_difference_deg
-        shape (n,), model minus truth; the phase difference lies between -180 and 180 degrees.
-    inside
-        shape (n,), whether the truth is inside the 95 % confidence ellipse of the model at this
-        frequency.
-    """
+    """Comparison of a model's frequency response with a response taken as the truth."""
 
     frequency_hz: FloatArray
+    """Shape (n,), frequencies of the true response."""
     magnitude_difference_db: FloatArray
     phase_difference_deg: FloatArray
+    """Shape (n,), model minus truth; the phase difference lies between -180 and 180 degrees."""
     inside: npt.NDArray[np.bool_]
+    """Shape (n,), whether the truth is inside the 95 % confidence ellipse of the model at this
+    frequency."""
 
     def within(self, band_hz: tuple[float, float]) -> Agreement:
         """Returns the comparison at the frequencies inside a band, its ends included."""

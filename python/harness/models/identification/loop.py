@@ -117,21 +117,14 @@ DELAY = 1e-9
 
 @dataclass(frozen=True)
 class Mode:
-    """A real pole or a pair of complex poles, with frequency and damping of s = ln(z) / dt.
-
-    Attributes
-    ----------
-    pole
-        position in the z plane; of a pair, the pole with the imaginary part >= 0.
-    frequency_hz
-        natural frequency |s| / (2 pi) in Hz.
-    damping
-        damping ratio -Re(s) / |s|; below 0 for a pole outside the unit circle.
-    """
+    """A real pole or a pair of complex poles, with frequency and damping of s = ln(z) / dt."""
 
     pole: complex
+    """Position in the z plane; of a pair, the pole with the imaginary part >= 0."""
     frequency_hz: float
+    """Natural frequency |s| / (2 pi) in Hz."""
     damping: float
+    """Damping ratio -Re(s) / |s|; below 0 for a pole outside the unit circle."""
 
 
 @dataclass(frozen=True)
@@ -140,53 +133,41 @@ class ProportionalLoop:
 
     Attributes
     ----------
-    gain
-        k, in units of the model input per unit of its output.
-    stable
-        whether all poles of the closed loop are inside the unit circle.
-    gain_margin
-        factor by which k may grow up to the stability limit; below 1 if k is beyond the limit,
-        infinite if there is no limit.
     phase_margin_deg, gain_crossover_hz
         phase above -180 degrees at the frequency where |k G| = 1, and this frequency; None if
         |k G| is 1 at no frequency. Of several such frequencies, the one with the phase margin
         closest to 0.
-    modes
-        modes of the closed loop, by increasing frequency.
     """
 
     gain: float
+    """k, in units of the model input per unit of its output."""
     stable: bool
+    """Whether all poles of the closed loop are inside the unit circle."""
     gain_margin: float
+    """Factor by which k may grow up to the stability limit; below 1 if k is beyond the limit,
+    infinite if there is no limit."""
     phase_margin_deg: float | None
     gain_crossover_hz: float | None
     modes: tuple[Mode, ...]
+    """Modes of the closed loop, by increasing frequency."""
 
 
 @dataclass(frozen=True)
 class LoopAnalysis:
-    """Proportional control of a model: its limit gain, and the loops with two gains.
-
-    Attributes
-    ----------
-    modes
-        modes of the model in open loop, by increasing frequency.
-    limit_gain
-        gain k of the smallest magnitude at which the closed loop oscillates. Its sign is the one
-        with which the loop counteracts an error. None if no gain makes the loop oscillate.
-    phase_crossover_hz
-        frequency of this oscillation, at which the phase of k G is -180 degrees.
-    unity
-        closed loop with |k| = 1.
-    half
-        closed loop with half the limit gain, a gain margin of 2 (6 dB); None if there is no limit.
-    """
+    """Proportional control of a model: its limit gain, and the loops with two gains."""
 
     modes: tuple[Mode, ...]
+    """Modes of the model in open loop, by increasing frequency."""
     limit_gain: float | None
+    """Gain k of the smallest magnitude at which the closed loop oscillates. Its sign is the one
+    with which the loop counteracts an error. None if no gain makes the loop oscillate."""
     phase_crossover_hz: float | None
+    """Frequency of this oscillation, at which the phase of k G is -180 degrees."""
     unity: ProportionalLoop
+    """Closed loop with |k| = 1."""
     half: ProportionalLoop | None
+    """Closed loop with half the limit gain, a gain margin of 2 (6 dB); None if there is no limit.
+    """
 
     @property
     def loops(self) -> tuple[ProportionalLoop, ...]:

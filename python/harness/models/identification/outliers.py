@@ -47,30 +47,21 @@ PASSES = 10
 
 @dataclass(frozen=True, eq=False)
 class Outliers:
-    """Report on the outliers of the output that were replaced.
-
-    Attributes
-    ----------
-    positions
-        sample numbers of the replaced samples, in order.
-    recorded
-        recorded output at these samples.
-    threshold
-        smallest spike that counts, in standard deviations of the estimated spike size; the
-        standard deviation is estimated from the median. In a record of `n_examined` samples
-        without spikes, any sample is replaced with a probability of at most 1 % (Bonferroni), if
-        the residuals have the tails of Student's t with 7 degrees of freedom.
-    n_examined
-        number of examined samples.
-    text
-        the result in words.
-    """
+    """Report on the outliers of the output that were replaced."""
 
     positions: npt.NDArray[np.int64]
+    """Sample numbers of the replaced samples, in order."""
     recorded: FloatArray
+    """Recorded output at these samples."""
     threshold: float
+    """Smallest spike that counts, in standard deviations of the estimated spike size; the standard
+    deviation is estimated from the median. In a record of `n_examined` samples without spikes, any
+    sample is replaced with a probability of at most 1 % (Bonferroni), if the residuals have the
+    tails of Student's t with 7 degrees of freedom."""
     n_examined: int
+    """Number of examined samples."""
     text: str
+    """The result in words."""
 
 
 def replace_outliers(data: IoData, estimation: IoData) -> tuple[FloatArray, Outliers]:

@@ -39,21 +39,14 @@ CONSEQUENCE = {
 
 @dataclass(frozen=True)
 class Preprocessing:
-    """Settings of the pre-processing; the steps are carried out in this order.
-
-    Attributes
-    ----------
-    outliers
-        whether spikes of the output are interpolated, see `replace_outliers`.
-    trend
-        what is subtracted from input and output: nothing, the mean, or a straight line.
-    scaling
-        whether input and output are divided by their standard deviations.
-    """
+    """Settings of the pre-processing; the steps are carried out in this order."""
 
     trend: Trend = "none"
+    """What is subtracted from input and output: nothing, the mean, or a straight line."""
     outliers: bool = True
+    """Whether spikes of the output are interpolated, see `replace_outliers`."""
     scaling: bool = False
+    """Whether input and output are divided by their standard deviations."""
 
     def __post_init__(self) -> None:
         if self.trend not in get_args(Trend):
@@ -77,27 +70,20 @@ class SignalReport:
     """Statistics of one signal in the estimation part, and how the whole signal was transformed.
 
     The transformed signal is (signal(k) - level - slope k) / scale with the sample number k.
-
-    Attributes
-    ----------
-    name
-        name of the signal.
-    mean, trend_per_sample, deviation
-        mean, slope of the straight line per sample, and standard deviation before the
-        transformation.
-    level, slope
-        subtracted constant and slope per sample; 0 if nothing was subtracted.
-    scale
-        divisor; 1 if the signal was not scaled.
     """
 
     name: str
+    """Name of the signal."""
     mean: float
     trend_per_sample: float
     deviation: float
+    """Mean, slope of the straight line per sample, and standard deviation before the
+    transformation."""
     level: float
     slope: float
+    """Subtracted constant and slope per sample; 0 if nothing was subtracted."""
     scale: float
+    """divisor; 1 if the signal was not scaled."""
 
     def forward(self, signal: FloatArray) -> FloatArray:
         """Returns the whole signal, shape (n,), transformed."""
@@ -114,28 +100,19 @@ class SignalReport:
 
 @dataclass(frozen=True, eq=False)
 class Preprocessed:
-    """Pre-processed data, and the transformation back to the units of the record.
-
-    Attributes
-    ----------
-    data
-        pre-processed data.
-    settings
-        settings of the pre-processing.
-    u, y
-        transformations of input and output.
-    outliers
-        report on outliers of the output; None if the settings switch the search off.
-    consequence
-        effect of the treatment of means and trends on the model, in words.
-    """
+    """Pre-processed data, and the transformation back to the units of the record."""
 
     data: IoData
+    """Pre-processed data."""
     settings: Preprocessing
+    """Settings of the pre-processing."""
     u: SignalReport
     y: SignalReport
+    """Transformations of input and output."""
     outliers: Outliers | None
+    """Report on outliers of the output; None if the settings switch the search off."""
     consequence: str
+    """Effect of the treatment of means and trends on the model, in words."""
 
     def restore(self, prediction: Prediction) -> Prediction:
         """Returns a prediction on `data` in the units of the record; outliers stay interpolated."""

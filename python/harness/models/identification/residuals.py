@@ -27,71 +27,49 @@ LEVEL = 0.99
 
 @dataclass(frozen=True, eq=False)
 class WhitenessTest:
-    """Result of the whiteness test, from the autocorrelation of the residual.
-
-    Attributes
-    ----------
-    lags
-        shape (max_lag,), lags 1..max_lag in samples.
-    correlation
-        shape (max_lag,), normalised autocorrelation r_e(tau) / r_e(0).
-    band
-        half width of the 99 % band of a single lag, for a white residual.
-    n_outside
-        number of lags outside the band; `expected_outside` is the number expected by chance.
-    statistic, degrees_of_freedom, p_value
-        Ljung-Box test over all lags together.
-    passed
-        whether p_value >= 0.01.
-    verdict
-        the result in words.
-    """
+    """Result of the whiteness test, from the autocorrelation of the residual."""
 
     lags: npt.NDArray[np.int64]
+    """Shape (max_lag,), lags 1..max_lag in samples."""
     correlation: FloatArray
+    """Shape (max_lag,), normalised autocorrelation r_e(tau) / r_e(0)."""
     band: float
+    """Half width of the 99 % band of a single lag, for a white residual."""
     n_outside: int
+    """Number of lags outside the band; `expected_outside` is the number expected by chance."""
     expected_outside: float
     statistic: float
     degrees_of_freedom: int
     p_value: float
+    """Ljung-Box test over all lags together."""
     passed: bool
+    """Whether p_value >= 0.01."""
     verdict: str
+    """The result in words."""
 
 
 @dataclass(frozen=True, eq=False)
 class IndependenceTest:
-    """Result of the independence test, from the cross-correlation of residual and input.
-
-    Attributes
-    ----------
-    lags
-        shape (2 max_lag + 1,), lags -max_lag..max_lag in samples; at a positive lag the input is
-        earlier than the residual.
-    correlation
-        shape (2 max_lag + 1,), normalised cross-correlation r_eu(tau) / sqrt(r_e(0) r_u(0)).
-    band
-        half width of the 99 % band of a single lag.
-    family_band
-        half width of the band inside which all lags 0..max_lag lie together with 99 % probability.
-    n_outside
-        number of lags 0..max_lag outside `band`.
-    passed
-        whether no lag 0..max_lag is outside `family_band`.
-    feedback
-        whether a negative lag is outside `family_band`, so that the input reacts to the residual.
-    verdict
-        the result in words.
-    """
+    """Result of the independence test, from the cross-correlation of residual and input."""
 
     lags: npt.NDArray[np.int64]
+    """Shape (2 max_lag + 1,), lags -max_lag..max_lag in samples; at a positive lag the input is
+    earlier than the residual."""
     correlation: FloatArray
+    """Shape (2 max_lag + 1,), normalised cross-correlation r_eu(tau) / sqrt(r_e(0) r_u(0))."""
     band: float
+    """Half width of the 99 % band of a single lag."""
     family_band: float
+    """Half width of the band inside which all lags 0..max_lag lie together with 99 % probability.
+    """
     n_outside: int
+    """Number of lags 0..max_lag outside `band`."""
     passed: bool
+    """Whether no lag 0..max_lag is outside `family_band`."""
     feedback: bool
+    """Whether a negative lag is outside `family_band`, so that the input reacts to the residual."""
     verdict: str
+    """The result in words."""
 
 
 def whiteness_test(
@@ -237,23 +215,16 @@ def _quantile(level: float) -> float:
 
 @dataclass(frozen=True, eq=False)
 class Prediction:
-    """Measured and predicted output, in the units of the data.
-
-    Attributes
-    ----------
-    index
-        shape (n,), sample numbers.
-    measured, predicted
-        shape (n,), measured and predicted output; the prediction of an unstable free run may end in
-        non-finite values.
-    runs
-        slices of consecutive samples.
-    """
+    """Measured and predicted output, in the units of the data."""
 
     index: npt.NDArray[np.int64]
+    """Shape (n,), sample numbers."""
     measured: FloatArray
     predicted: FloatArray
+    """Shape (n,), measured and predicted output; the prediction of an unstable free run may end in
+    non-finite values."""
     runs: tuple[slice, ...]
+    """Slices of consecutive samples."""
 
     @property
     def residual(self) -> FloatArray:

@@ -27,22 +27,15 @@ N_PLACES = 801
 
 @dataclass(frozen=True, eq=False)
 class Roots:
-    """Roots of a polynomial with estimated coefficients.
-
-    Attributes
-    ----------
-    values
-        shape (n,), roots in the z plane, by decreasing modulus.
-    covariance
-        shape (n, 2, 2), covariance of real and imaginary part of each root, to first order.
-    reliable
-        shape (n,), false where the nearest other root is closer than 3 standard deviations, as at
-        a double root. The covariance of such a root must not be used.
-    """
+    """Roots of a polynomial with estimated coefficients."""
 
     values: ComplexArray
+    """Shape (n,), roots in the z plane, by decreasing modulus."""
     covariance: FloatArray
+    """Shape (n, 2, 2), covariance of real and imaginary part of each root, to first order."""
     reliable: npt.NDArray[np.bool_]
+    """Shape (n,), false where the nearest other root is closer than 3 standard deviations, as at a
+    double root. The covariance of such a root must not be used."""
 
     @property
     def modulus_deviation(self) -> FloatArray:
@@ -59,20 +52,14 @@ class Roots:
 
 @dataclass(frozen=True, eq=False)
 class PolesZeros:
-    """Poles and zeros of G(z) = z^-nk (b1 + .. + b_nb z^-(nb-1)) / (1 + a1 z^-1 + .. + a_na z^-na).
-
-    Attributes
-    ----------
-    poles, zeros
-        roots of z^na A and of z^(nb-1) B.
-    origin_poles, origin_zeros
-        number of further poles and zeros at z = 0; they follow from na, nb and nk without error.
-    """
+    """Poles, zeros of G(z) = z^-nk (b1 + .. + b_nb z^-(nb-1)) / (1 + a1 z^-1 + .. + a_na z^-na)."""
 
     poles: Roots
     zeros: Roots
+    """Roots of z^na A and of z^(nb-1) B."""
     origin_poles: int
     origin_zeros: int
+    """Number of further poles and zeros at z = 0; they follow from na, nb and nk without error."""
 
 
 def poles_zeros(model: ArxModel) -> PolesZeros:
@@ -122,19 +109,13 @@ def stability_distance(model: ArxModel) -> float:
 
 @dataclass(frozen=True)
 class Cancellation:
-    """Common root of A and B for which the data give the least evidence against.
-
-    Attributes
-    ----------
-    place
-        position of the root in the upper half of the z plane; a complex root stands for its pair.
-    p_value
-        p-value of the hypothesis that A and B share this root. If it is large, the data do not
-        rule out a lower order.
-    """
+    """Common root of A and B for which the data give the least evidence against."""
 
     place: complex
+    """Position of the root in the upper half of the z plane; a complex root stands for its pair."""
     p_value: float
+    """p-value of the hypothesis that A and B share this root. If it is large, the data do not rule
+    out a lower order."""
 
 
 def nearest_cancellation(model: ArxModel) -> Cancellation | None:

@@ -45,51 +45,35 @@ MIN_ROWS = 20  # a fit over fewer equations has no significance
 
 @dataclass(frozen=True, eq=False)
 class IdentificationResult:
-    """Result of `identify`.
-
-    Attributes
-    ----------
-    chosen
-        candidate with the chosen order and delay, and its model.
-    reason
-        reason for the chosen order, in words with numbers.
-    delay_reason
-        reason for the chosen delay.
-    by_order
-        one candidate for each order, with the delay chosen for it, by number of parameters.
-    candidates
-        all candidates the data determine, by number of parameters, then na, then delay.
-    rejected
-        structures that the data do not determine.
-    one_step, simulated
-        one-step prediction and free run of the chosen model on the validation part.
-    whiteness, independence
-        tests of the one-step residuals on the validation part.
-    advice
-        cautions and suggested next steps; empty if there are none.
-    dt_s
-        sampling time in seconds; None if it is not known.
-    n_estimation, n_validation
-        number of samples in the two parts.
-    min_improvement
-        share of the misfit that each added order must remove.
-    """
+    """Result of `identify`."""
 
     chosen: Candidate
+    """Candidate with the chosen order and delay, and its model."""
     reason: str
+    """Reason for the chosen order, in words with numbers."""
     delay_reason: str
+    """Reason for the chosen delay."""
     by_order: tuple[Candidate, ...]
+    """One candidate for each order, with the delay chosen for it, by number of parameters."""
     candidates: tuple[Candidate, ...]
+    """All candidates the data determine, by number of parameters, then na, then delay."""
     rejected: tuple[Rejected, ...]
+    """Structures that the data do not determine."""
     one_step: Prediction
     simulated: Prediction
+    """One-step prediction and free run of the chosen model on the validation part."""
     whiteness: WhitenessTest
     independence: IndependenceTest
+    """Tests of the one-step residuals on the validation part."""
     advice: tuple[str, ...]
+    """Cautions and suggested next steps; empty if there are none."""
     dt_s: float | None
+    """Sampling time in seconds; None if it is not known."""
     n_estimation: int
     n_validation: int
+    """Number of samples in the two parts."""
     min_improvement: float
+    """Share of the misfit that each added order must remove."""
 
     def to_dict(self) -> dict[str, Any]:
         """Returns plain values for JSON, without the predictions: they are data, not results."""

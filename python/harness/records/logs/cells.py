@@ -42,22 +42,15 @@ POWERS = {"f": -15, "p": -12, "n": -9, "u": -6, "m": -3, "k": 3, "K": 3, "M": 6,
 
 @dataclass(frozen=True)
 class Stamps:
-    """Moments of a column of text.
-
-    Attributes
-    ----------
-    time_s
-        seconds since the first row, shape (n,), NaN where there is none.
-    bad
-        whether a cell holds text that is no moment of the form of the others, shape (n,).
-    local
-        whether the times are those of a place without their offset from UTC, so that the clock may
-        have been put forward or back.
-    """
+    """Moments of a column of text."""
 
     time_s: FloatArray
+    """Seconds since the first row, shape (n,), NaN where there is none."""
     bad: npt.NDArray[np.bool_]
+    """Whether a cell holds text that is no moment of the form of the others, shape (n,)."""
     local: bool
+    """Whether the times are those of a place without their offset from UTC, so that the clock may
+    have been put forward or back."""
 
 
 def moments(text: pl.Series) -> Stamps | None:
@@ -152,21 +145,14 @@ def from_datetimes(stamps: pl.Series) -> FloatArray:
 
 @dataclass(frozen=True)
 class Marks:
-    """How the numbers of a column are written.
-
-    Attributes
-    ----------
-    decimal
-        "." or ",".
-    thousands
-        the mark between groups of three digits, or None.
-    doubtful
-        a number that can be read in two ways, or None.
-    """
+    """How the numbers of a column are written."""
 
     decimal: str
+    """"." or ","."""
     thousands: str | None = None
+    """The mark between groups of three digits, or None."""
     doubtful: str | None = None
+    """A number that can be read in two ways, or None."""
 
     def plain(self, text: pl.Series) -> pl.Series:
         """Returns the numbers with a decimal point; with a mark of neither use they stay text."""

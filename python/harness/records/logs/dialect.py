@@ -59,38 +59,26 @@ _RESULTS = frozenset(_WORDS.split())
 
 @dataclass(frozen=True)
 class Dialect:
-    """Layout of a text file; rows are counted from 1.
-
-    Attributes
-    ----------
-    delimiter
-        the character between cells; " " stands for any run of blanks.
-    decimal
-        "." or ",".
-    names, units
-        cells of the row of names and of the row of units; empty where there is none.
-    names_row, data_row
-        row of the names, 0 if there is none, and first row of the data.
-    columns
-        number of columns.
-    cells
-        usual number of cells in a row, without an empty one behind a delimiter at its end.
-    dt_s
-        sampling time that the header block states, or None.
-    dates
-        numbers of the columns, from 0, that hold dates or times of day.
-    """
+    """Layout of a text file; rows are counted from 1."""
 
     delimiter: str
+    """The character between cells; " " stands for any run of blanks."""
     decimal: str
+    """"." or ","."""
     names: tuple[str, ...]
     units: tuple[str, ...]
+    """Cells of the row of names and of the row of units; empty where there is none."""
     names_row: int
     data_row: int
+    """Row of the names, 0 if there is none, and first row of the data."""
     columns: int
+    """Number of columns."""
     cells: int
+    """Usual number of cells in a row, without an empty one behind a delimiter at its end."""
     dt_s: float | None = None
+    """Sampling time that the header block states, or None."""
     dates: frozenset[int] = frozenset()
+    """Numbers of the columns, from 0, that hold dates or times of day."""
 
     @property
     def words(self) -> str:

@@ -28,69 +28,46 @@ Read = Callable[[], FloatArray]
 
 @dataclass(frozen=True)
 class Series:
-    """A signal of a log.
-
-    Attributes
-    ----------
-    name
-        name as the file has it.
-    size
-        number of values.
-    read
-        returns the values as float64, shape (size,), NaN where one is missing. Raises RecordError
-        where the file has something else than a number.
-    unit
-        unit as the file has it, outside of the name; None if it has none.
-    group
-        series of one group have their values in the same rows, at the same times.
-    time
-        returns the times of the values in seconds, shape (size,), where the format itself tells
-        them; else None, and the time may be another series of the group.
-    is_time
-        whether the format itself says that the values are times in seconds.
-    local
-        whether these times are those of a place, of which the offset from UTC is not known.
-    column
-        number of the column in a table of text, from 0; None elsewhere.
-    """
+    """A signal of a log."""
 
     name: str
+    """Name as the file has it."""
     size: int
+    """Number of values."""
     read: Read
+    """Returns the values as float64, shape (size,), NaN where one is missing. Raises RecordError
+    where the file has something else than a number."""
     unit: str | None = None
+    """Unit as the file has it, outside of the name; None if it has none."""
     group: str = ""
+    """Series of one group have their values in the same rows, at the same times."""
     time: Read | None = None
+    """Returns the times of the values in seconds, shape (size,), where the format itself tells
+    them; else None, and the time may be another series of the group."""
     is_time: bool = False
+    """Whether the format itself says that the values are times in seconds."""
     local: bool = False
+    """Whether these times are those of a place, of which the offset from UTC is not known."""
     column: int | None = None
+    """Number of the column in a table of text, from 0; None elsewhere."""
 
 
 @dataclass(frozen=True)
 class Log:
-    """What a file holds.
-
-    Attributes
-    ----------
-    kind
-        what the file was taken for, in words.
-    series
-        all signals with numbers, and those with dates.
-    first_row
-        row of the first value, as messages count rows.
-    notes
-        sentences on what was left out or changed in reading.
-    dt_s
-        sampling time in seconds, where the file states one; else None.
-    texts
-        names of the columns that hold text and no numbers; they may be among the series.
-    """
+    """What a file holds."""
 
     kind: str
+    """What the file was taken for, in words."""
     series: tuple[Series, ...]
+    """All signals with numbers, and those with dates."""
     first_row: int = 1
+    """Row of the first value, as messages count rows."""
     notes: tuple[str, ...] = field(default=())
+    """Sentences on what was left out or changed in reading."""
     dt_s: float | None = None
+    """Sampling time in seconds, where the file states one; else None."""
     texts: tuple[str, ...] = ()
+    """Names of the columns that hold text and no numbers; they may be among the series."""
 
 
 class Table(ABC):
@@ -100,8 +77,6 @@ class Table(ABC):
 
     Attributes
     ----------
-    ending
-        ending of the names of such files, as messages call the kind.
     first_row
         row of the first value, as messages count rows.
     is_flat
@@ -110,6 +85,7 @@ class Table(ABC):
     """
 
     ending: str
+    """Ending of the names of such files, as messages call the kind."""
     first_row = 1
     is_flat = False
 
@@ -138,29 +114,20 @@ class Table(ABC):
 
 @dataclass(frozen=True)
 class Kind:
-    """A kind of file.
-
-    Attributes
-    ----------
-    read
-        returns the log in the content of a file, or the table that it is; the path is for messages.
-        It raises RecordError where the file is damaged or beyond a limit.
-    endings
-        endings of its names, in lower case.
-    head
-        regular expression of its first bytes, which tell it whatever the name says; None if they
-        are like those of other files.
-    unbounded
-        whether its reader decompresses more than a file states.
-    of_notes
-        those of the endings that a note may have, too.
-    """
+    """A kind of file."""
 
     read: Callable[[bytes, Path], Log | Table]
+    """Returns the log in the content of a file, or the table that it is; the path is for messages.
+    It raises RecordError where the file is damaged or beyond a limit."""
     endings: tuple[str, ...]
+    """Endings of its names, in lower case."""
     head: bytes | None = None
+    """Regular expression of its first bytes, which tell it whatever the name says; None if they are
+    like those of other files."""
     unbounded: bool = False
+    """Whether its reader decompresses more than a file states."""
     of_notes: tuple[str, ...] = ()
+    """Those of the endings that a note may have, too."""
 
 
 @dataclass(frozen=True)

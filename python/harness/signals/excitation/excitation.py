@@ -26,21 +26,6 @@ class Excitation:
 
     Add an offset before: `Excitation(0.5 + prbs(...), dt_s, "prbs", limit_v=10.0)`.
 
-    Attributes
-    ----------
-    samples
-        command in volts, shape (n,), n >= 1, finite.
-    dt_s
-        sampling time in seconds, > 0.
-    name, description
-        a word and a sentence for the reader.
-    excited, detection
-        spectral lines of a multisine as multiples of 1 / (n dt_s): the lines in the signal, and the
-        odd lines left out. At the latter, as at even lines, a linear plant gives no response.
-        Both are empty for other signals.
-    limit_v
-        largest allowed magnitude of a sample in volts, >= 0; infinite if there is no limit.
-
     Raises
     ------
     ValueError
@@ -49,12 +34,19 @@ class Excitation:
     """
 
     samples: npt.NDArray[np.float64]
+    """Command in volts, shape (n,), n >= 1, finite."""
     dt_s: float
+    """Sampling time in seconds, > 0."""
     name: str
     description: str = ""
+    """A word and a sentence for the reader."""
     excited: npt.NDArray[np.int64] = field(default_factory=_no_lines)
     detection: npt.NDArray[np.int64] = field(default_factory=_no_lines)
+    """Spectral lines of a multisine as multiples of 1 / (n dt_s): the lines in the signal, and the
+    odd lines left out. At the latter, as at even lines, a linear plant gives no response. Both are
+    empty for other signals."""
     limit_v: float = np.inf
+    """Largest allowed magnitude of a sample in volts, >= 0; infinite if there is no limit."""
 
     def __post_init__(self) -> None:
         if not 0.0 < self.dt_s < np.inf:

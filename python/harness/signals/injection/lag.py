@@ -175,48 +175,34 @@ def _with_rest(command: FloatArray, samples: int) -> FloatArray:
 
 @dataclass(frozen=True)
 class Answer:
-    """The answer to an injected record: what was injected, and what a diagnosis should find.
-
-    Attributes
-    ----------
-    put_in
-        ids of the injected effects with their sizes, SI, as the caller gave them.
-    effects
-        effects of the catalogue that a diagnosis should find in addition to those of the original
-        log, with their sizes, SI.
-    parameters
-        full names of values of the rig, each with the factor by which the machine's value is now
-        larger.
-    outside
-        ids that are not in the catalogue and do not appear as an effect of it.
-    not_exact
-        sentences that say where the record differs from what a machine with these effects would
-        have logged; empty where the two agree to rounding.
-    remarks
-        further sentences about the injection.
-    rig, plant
-        name of the rig and its plant, for which the record was made.
-    source, sha256
-        file name of the original record and its digest; None for a record made in memory.
-    command
-        rated_v (None for a motor), largest_v_before, largest_v, share_beyond_rated: V, and a share
-        of the samples.
-    samples
-        numbers of samples: source, dropped_at_start, dropped_at_end, written.
-    """
+    """The answer to an injected record: what was injected, and what a diagnosis should find."""
 
     put_in: Mapping[str, Mapping[str, float]]
+    """Ids of the injected effects with their sizes, SI, as the caller gave them."""
     effects: Mapping[str, Mapping[str, float]]
+    """Effects of the catalogue that a diagnosis should find in addition to those of the original
+    log, with their sizes, SI."""
     parameters: Mapping[str, float]
+    """Full names of values of the rig, each with the factor by which the machine's value is now
+    larger."""
     outside: tuple[str, ...]
+    """Ids that are not in the catalogue and do not appear as an effect of it."""
     not_exact: tuple[str, ...]
+    """Sentences that say where the record differs from what a machine with these effects would have
+    logged; empty where the two agree to rounding."""
     remarks: tuple[str, ...]
+    """Further sentences about the injection."""
     rig: str
     plant: str
+    """Name of the rig and its plant, for which the record was made."""
     source: str | None
     sha256: str | None
+    """File name of the original record and its digest; None for a record made in memory."""
     command: Mapping[str, float | None]
+    """rated_v (None for a motor), largest_v_before, largest_v, share_beyond_rated: V, and a share
+    of the samples."""
     samples: Mapping[str, int]
+    """Numbers of samples: source, dropped_at_start, dropped_at_end, written."""
 
     def plain(self) -> dict[str, Any]:
         """Returns the answer as plain data for a file."""

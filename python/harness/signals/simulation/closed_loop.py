@@ -29,21 +29,14 @@ REPORTS = 100
 
 @dataclass(frozen=True, eq=False)
 class ClosedLoopRun:
-    """Result of a closed-loop simulation of N samples.
-
-    Attributes
-    ----------
-    run
-        record, with the number of integration steps and the integration error.
-    reference_m
-        reference position, m, shape (N,).
-    limited
-        shape (N,), true where the command was at the controller's limit.
-    """
+    """Result of a closed-loop simulation of N samples."""
 
     run: SimulationRun
+    """Record, with the number of integration steps and the integration error."""
     reference_m: FloatArray
+    """Reference position, m, shape (N,)."""
     limited: npt.NDArray[np.bool_]
+    """Shape (N,), true where the command was at the controller's limit."""
 
 
 def simulate_closed_loop(

@@ -22,23 +22,16 @@ class PositionController:
 
     While the command is at its limit, the integral is held where it would drive the command further
     into the limit (clamping: Astrom, Hagglund, Advanced PID Control, ISA 2006, sec. 3.5).
-
-    Attributes
-    ----------
-    gain_v_m
-        proportional gain, V/m, > 0.
-    integral_time_s
-        integral time, s, > 0; infinite for a P controller.
-    feed_forward_v_s_m
-        command for each m/s of the reference, V s/m.
-    limit_v
-        largest |command|, V, > 0; infinite without a limit.
     """
 
     gain_v_m: float
+    """Proportional gain, V/m, > 0."""
     integral_time_s: float = math.inf
+    """Integral time, s, > 0; infinite for a P controller."""
     feed_forward_v_s_m: float = 0.0
+    """Command for each m/s of the reference, V s/m."""
     limit_v: float = math.inf
+    """Largest |command|, V, > 0; infinite without a limit."""
 
     def __post_init__(self) -> None:
         for name in ("gain_v_m", "integral_time_s", "limit_v"):

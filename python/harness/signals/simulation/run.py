@@ -159,43 +159,29 @@ class SimulationError(ValueError):
 
 @dataclass(frozen=True, eq=False)
 class SimulationRun:
-    """Result of a run.
-
-    Attributes
-    ----------
-    record
-        time, command and all outputs of the plant.
-    substeps
-        integration steps in each sample.
-    error
-        largest difference of each output to a run with half the step, as a share of the output's
-        range. By the order of the method, the error of this run is four thirds of it.
-    """
+    """Result of a run."""
 
     record: Record
+    """Time, command and all outputs of the plant."""
     substeps: int
+    """Integration steps in each sample."""
     error: Mapping[str, float]
+    """Largest difference of each output to a run with half the step, as a share of the output's
+    range. By the order of the method, the error of this run is four thirds of it."""
 
 
 @dataclass(frozen=True, eq=False)
 class PreparedRig:
-    """A checked rig that is ready to run.
-
-    Attributes
-    ----------
-    values
-        values of the rig and the values that replace them, by full name.
-    plant_values
-        values of all plant parameters, shape (P,), in the order of `ehsid.plant_parameters()`.
-    substeps
-        integration steps in each sample.
-    """
+    """A checked rig that is ready to run."""
 
     rig: Rig
     dt_s: float
     values: Mapping[str, float]
+    """Values of the rig and the values that replace them, by full name."""
     plant_values: FloatArray
+    """Values of all plant parameters, shape (P,), in the order of `ehsid.plant_parameters()`."""
     substeps: int
+    """Integration steps in each sample."""
 
     def plant(self, *, refinement: int = 1, quantised: bool = True) -> ehsid.Plant:
         """Returns the plant at its start, with `refinement` times as many integration steps."""

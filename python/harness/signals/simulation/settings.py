@@ -56,25 +56,17 @@ def parse_settings(texts: Iterable[str]) -> dict[str, float]:
 
 @dataclass(frozen=True)
 class SignalOptions:
-    """The options of a test signal.
-
-    Attributes
-    ----------
-    signal
-        kind of signal: multisine, prbs, steps, chirp or triangle.
-    duration, dt
-        length and sampling time, s.
-    amplitude
-        peak, V for a command, m for a reference; None for the default.
-    seed
-        seed of the random numbers.
-    """
+    """The options of a test signal."""
 
     signal: str
+    """Kind of signal: multisine, prbs, steps, chirp or triangle."""
     duration: float
     dt: float
+    """Length and sampling time, s."""
     amplitude: float | None
+    """Peak, V for a command, m for a reference; None for the default."""
     seed: int
+    """Seed of the random numbers."""
 
     @property
     def samples(self) -> int:

@@ -34,21 +34,14 @@ SMOOTHED_ORDER = 3
 
 @dataclass(frozen=True, eq=False)
 class WindowedRun:
-    """Outputs for several sets of values in the windows of one record.
-
-    Attributes
-    ----------
-    outputs
-        arrays of shape (M, N) by name, of M sets and N samples, for all outputs of the plant.
-    sensitivities
-        arrays of shape (M, N, S) by name: derivatives with respect to the S varied values.
-    window
-        window number of each sample, shape (N,); -1 before the first window.
-    """
+    """Outputs for several sets of values in the windows of one record."""
 
     outputs: Mapping[str, FloatArray]
+    """Arrays of shape (M, N) by name, of M sets and N samples, for all outputs of the plant."""
     sensitivities: Mapping[str, FloatArray]
+    """Arrays of shape (M, N, S) by name: derivatives with respect to the S varied values."""
     window: npt.NDArray[np.int64]
+    """Window number of each sample, shape (N,); -1 before the first window."""
 
 
 def window_numbers(
