@@ -18,16 +18,28 @@ OPTIONS = [
 ]  # fmt: skip
 
 
+# The journeys of every day: from a log to the verdict, a run of the Live page, and who is served. All others come with
+# `script/test --all`.
+EVERY_DAY = {
+    "test_from_a_german_log_to_the_verdict",
+    "test_a_run_to_its_end_and_a_machine_of_its_record",
+    "test_without_the_token_nothing_is_served",
+}
+
+
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
-    """A journey is tried twice: a browser on a busy machine can miss a click.
+    """Levels of the journeys; and each is tried twice: a browser on a busy machine can miss a click.
 
     The report counts these as rerun, so that one that often needs it is seen.
     """
-    if not config.pluginmanager.hasplugin("rerunfailures"):  # it comes with the extra browser
-        return
+    reruns = config.pluginmanager.hasplugin("rerunfailures")  # it comes with the extra browser
     for item in items:
         if Path(__file__).parent in item.path.parents:
-            item.add_marker(pytest.mark.flaky(reruns=1))
+            item.add_marker(pytest.mark.slow)
+            if item.name not in EVERY_DAY:
+                item.add_marker(pytest.mark.thorough)
+            if reruns:
+                item.add_marker(pytest.mark.flaky(reruns=1))
 
 
 @pytest.fixture(scope="session")

@@ -24,7 +24,6 @@ from served_workbench import Served, children
 from ehsid.harness.rigs.questions import QUESTIONS
 from ehsid.workbench.session import Session
 
-pytestmark = pytest.mark.slow
 
 
 def press(page: Any, name: str) -> None:

@@ -24,7 +24,6 @@ from ehsid.hil.faults import Relay, relayed
 from ehsid.workbench.live.watching import RingReader
 
 Error = pytest.importorskip("playwright.sync_api").Error
-pytestmark = pytest.mark.slow
 BEGUN = "The run goes on. Target: fake"
 
 

@@ -9,7 +9,6 @@ from typing import Any
 import pytest
 from app_diagnosed import diagnosed_session
 
-pytestmark = pytest.mark.slow
 
 
 @pytest.fixture

@@ -19,7 +19,6 @@ from ehsid.harness.records import make_record, write_record
 from ehsid.workbench.jobs import check_task
 from ehsid.workbench.session import Session
 
-pytestmark = pytest.mark.slow
 MANY = ("2-50", "1-60")  # orders and delays whose search takes minutes
 
 

@@ -14,7 +14,6 @@ from app_sessions import BENCH
 
 from ehsid.workbench.session import Session
 
-pytestmark = pytest.mark.slow
 
 
 def press(page: Any, name: str) -> None:

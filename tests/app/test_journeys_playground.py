@@ -16,7 +16,6 @@ from served_workbench import children
 from ehsid.harness.rigs import read_rig
 from ehsid.workbench.lesson import candidates, truth
 
-pytestmark = pytest.mark.slow
 
 
 @pytest.fixture

@@ -109,7 +109,7 @@ using namespace ehsid;  // NOLINT: the names of the policies
 TEST(EstimatorBank, EqualsTheScalarEstimatorErrorDriven) {
   compare_all<ArxEstimator<float, 3, 3, 1, ErrorDriven<float>>>();
 }
-#if !defined(EHSID_SANITIZED)
+#if !defined(EHSID_FEWER)
 TEST(EstimatorBank, EqualsTheScalarEstimatorFRatioInDouble) {
   compare_all<ArxEstimator<double, 3, 3, 1, FRatio<double>>>();
 }

@@ -20,7 +20,7 @@ constexpr std::size_t kVersionAt = 4;
 constexpr std::size_t kStateAt = 26;
 
 // Sanitizers make a step twenty times as long. There, of what is tried for every bit and place, these must do.
-#if defined(EHSID_SANITIZED)
+#if defined(EHSID_FEWER)
 constexpr std::size_t kEvery = 13;
 #else
 constexpr std::size_t kEvery = 1;

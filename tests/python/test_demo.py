@@ -10,7 +10,7 @@ from sources import ROOT
 from ehsid.harness.models.identification import IoData, identify
 from ehsid.harness.records import read_record
 
-pytestmark = pytest.mark.slow  # half a minute: a whole diagnosis
+pytestmark = pytest.mark.thorough  # half a minute: a whole diagnosis
 
 COLUMNS = ("valve_opening", "oil_pressure")
 

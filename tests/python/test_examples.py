@@ -77,7 +77,7 @@ def test_calls_in_the_table_stand_in_the_programs(column: int, language: str) ->
     assert not [call for call in calls if "".join(call.split()) not in "".join(texts.split())]
 
 
-@pytest.mark.slow
+@pytest.mark.thorough
 def test_the_diagnosis_finds_the_friction() -> None:
     done = run("diagnose.py")
     assert done.returncode == 0, done.stderr

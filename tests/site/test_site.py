@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
 """The built documentation: complete, without broken links, and independent of the network.
 
-script/site builds it first; script/test runs both as one step.
+script/site builds it first; script/test --all runs both as one step.
 """
 
 import html

@@ -30,7 +30,7 @@ def made(verdict: Verdict) -> ehsid.Diagnosis:
     return ehsid.Diagnosis(made_diagnosis(verdict), [record], ehsid.Rig(bench()))
 
 
-@pytest.mark.slow
+@pytest.mark.thorough
 def test_a_diagnosis_is_that_of_the_room() -> None:
     """A short record whose cause is known: all but one effect are excluded, for speed."""
     record = measured_record("run", 1, seconds=6.0, dt_s=2e-3)

@@ -5,7 +5,7 @@ import pytest
 from printed_pages import DOCS, made_by, text_of, without_digits
 
 
-@pytest.mark.slow
+@pytest.mark.thorough
 def test_the_page_runs_and_prints_what_it_says(caplog: pytest.LogCaptureFixture) -> None:
     page = text_of(DOCS / "python.md")
     made, names = made_by("python/make.py")["run"](page)

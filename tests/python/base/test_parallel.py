@@ -227,7 +227,7 @@ def test_a_worker_of_a_cluster_that_is_killed_costs_no_result(
     assert (tmp_path / "killed").exists()
 
 
-@pytest.mark.slow
+@pytest.mark.thorough
 def test_a_task_that_kills_every_worker_does_not_stop_the_others(mortal_cluster: str) -> None:
     tasks: list[Any] = [kill_own_process, *(partial(int, i) for i in range(6))]
     found: list[int] = []
@@ -292,7 +292,7 @@ def run_and_lose(address: str, scheduler: subprocess.Popen[bytes]) -> None:
         list(results)
 
 
-@pytest.mark.slow
+@pytest.mark.thorough
 def test_a_scheduler_that_goes_is_one_message(tmp_path: Path) -> None:
     """In processes of their own, as on a cluster: the scheduler knows nothing of the tasks."""
     file = tmp_path / "scheduler.json"

@@ -115,12 +115,12 @@ def seen(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
     return found
 
 
-@pytest.mark.slow
+@pytest.mark.thorough
 def test_it_is_simulated(seen: dict[str, Any]) -> None:
     assert seen["change_m"] > 1e-4
 
 
-@pytest.mark.slow
+@pytest.mark.thorough
 def test_it_is_diagnosed(seen: dict[str, Any]) -> None:
     assert seen["verdict"] == "effects"
     assert seen["effects"] == {"hard_spring": pytest.approx(SIZE, rel=0.2)}
@@ -128,26 +128,26 @@ def test_it_is_diagnosed(seen: dict[str, Any]) -> None:
     assert "[effects.hard_spring]" in seen["augmented"]
 
 
-@pytest.mark.slow
+@pytest.mark.thorough
 def test_a_record_that_does_not_show_it_is_named(seen: dict[str, Any]) -> None:
     (why,) = seen["cannot_judge"]
     assert "of the stroke only" in why
 
 
-@pytest.mark.slow
+@pytest.mark.thorough
 def test_it_is_reported(seen: dict[str, Any]) -> None:
     assert [one["id"] for one in seen["diagnosis"]["which"]["effects"]] == ["hard_spring"]
     assert "hard spring" in seen["page"]
     assert "Duffing" in seen["page"]
 
 
-@pytest.mark.slow
+@pytest.mark.thorough
 def test_it_is_documented(seen: dict[str, Any]) -> None:
     assert seen["document"].startswith("## hard_spring")
     assert "Duffing" in seen["document"]
     assert "a force of 1 % at the end of the stroke" in seen["document"]
 
 
-@pytest.mark.slow
+@pytest.mark.thorough
 def test_a_log_cannot_be_given_it(seen: dict[str, Any]) -> None:
     assert "'hard_spring' changes what the machine does" in seen["refusal"]

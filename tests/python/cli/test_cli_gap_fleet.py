@@ -363,7 +363,7 @@ def test_bad_input_is_one_message_and_nothing_written(
     assert sorted(path for path in here.rglob("*")) == before
 
 
-@pytest.mark.slow
+@pytest.mark.thorough
 def test_a_cluster_gives_the_same_files(here: Path, dask_cluster: str) -> None:
     outcome = run("fleet", "--out", "out", "--dask", dask_cluster, workers=None)
     assert outcome.exit_code == 0, outcome.output
@@ -385,7 +385,7 @@ def test_a_machine_whose_process_is_killed_does_not_end_the_others(
     assert list(plain["failed"]) == ["press2"]
 
 
-@pytest.mark.slow
+@pytest.mark.thorough
 def test_a_machine_that_kills_its_workers_on_a_cluster_does_not_end_the_others(
     here: Path, monkeypatch: pytest.MonkeyPatch, mortal_cluster: str
 ) -> None:

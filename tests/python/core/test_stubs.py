@@ -131,7 +131,7 @@ def module_signatures() -> Signatures:
     return {where: signatures for where, signatures in found.items() if signatures}
 
 
-@pytest.mark.slow
+@pytest.mark.thorough
 def test_stub_and_module_have_the_same_members(tmp_path: Path) -> None:
     allowed, settings = tmp_path / "allowed", tmp_path / "mypy.ini"
     allowed.write_text(ALLOWED)

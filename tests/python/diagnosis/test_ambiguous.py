@@ -57,7 +57,7 @@ def run(values: Mapping[str, float], command: npt.NDArray[np.float64], seed: int
     )
 
 
-@pytest.mark.slow
+@pytest.mark.thorough
 @pytest.mark.parametrize(
     ("values", "truth"), [(DELAY, "transport_delay"), (LAG, "valve_lag")], ids=["delay", "lag"]
 )

@@ -92,7 +92,7 @@ EVERY_DAY = {101}
         pytest.param(
             blind,
             id=f"{blind.seed}-{'-'.join(blind.effects) or blind.kind}",
-            marks=() if blind.seed in EVERY_DAY else pytest.mark.slow,
+            marks=() if blind.seed in EVERY_DAY else pytest.mark.thorough,
         )
         for blind in TABLE
     ],

@@ -117,7 +117,7 @@ def test_results_of_a_diagnosis_agree() -> None:
     assert all(each.left is not None and each.left >= 0.0 for each in weighed)
 
 
-@pytest.mark.slow
+@pytest.mark.thorough
 def test_workers_change_nothing() -> None:
     with workers(1):
         again = diagnose(

@@ -23,7 +23,7 @@ VISCOUS_N_S_M = 203.5034
 COULOMB_N = 20.3935
 OFFSET_N = -3.1648
 
-pytestmark = pytest.mark.slow
+pytestmark = pytest.mark.thorough
 
 
 def diagnosed(*exclude: str) -> Diagnosis:

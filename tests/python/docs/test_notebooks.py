@@ -43,7 +43,7 @@ def test_outputs_are_small_and_of_no_machine(path: Path) -> None:
     assert not re.search(r"/(home|root|tmp|usr|work)/", text)
 
 
-@pytest.mark.slow
+@pytest.mark.thorough
 @pytest.mark.filterwarnings("default")  # of the packages that run a kernel
 @pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda path: path.stem)
 def test_a_notebook_prints_what_it_shows(path: Path) -> None:

@@ -42,7 +42,7 @@ def test_pictures_of_the_pages_are_there() -> None:
             assert 5_000 < file.stat().st_size < 300_000, file
 
 
-@pytest.mark.slow
+@pytest.mark.thorough
 def test_my_rig_in_twenty_minutes() -> None:
     made, names = ran("tutorials/my_rig_in_twenty_minutes.md")
     (effect,) = names["diagnosis"].result.effects
@@ -54,7 +54,7 @@ def test_my_rig_in_twenty_minutes() -> None:
     assert names["rig"].values["fluid.bulk_modulus_pa"] == pytest.approx(1e9)
 
 
-@pytest.mark.slow
+@pytest.mark.thorough
 def test_two_causes_are_told_apart_by_the_next_experiment() -> None:
     made, names = ran("how_to/ambiguous.md")
     assert re.search(
@@ -67,7 +67,7 @@ def test_two_causes_are_told_apart_by_the_next_experiment() -> None:
     assert size == pytest.approx(1e3 * secret, abs=0.6)
 
 
-@pytest.mark.slow
+@pytest.mark.thorough
 def test_estimator_on_my_controller() -> None:
     made, names = ran("tutorials/estimator_on_my_controller.md")
     before, after = (

@@ -57,7 +57,7 @@ def emulated() -> Device:
 
 @pytest.fixture(
     scope="module",
-    params=[on_host, pytest.param(emulated, marks=pytest.mark.slow)],
+    params=[on_host, pytest.param(emulated, marks=pytest.mark.thorough)],
     ids=["host", "qemu"],
 )
 def bench(request: pytest.FixtureRequest) -> Iterator[tuple[Relay, Line]]:

@@ -106,7 +106,7 @@ def test_one_fault_after_the_other(
     assert bench.target.state == 1
 
 
-@pytest.mark.slow
+@pytest.mark.thorough
 @settings(max_examples=15)
 @given(st.integers(0, 2**32 - 1), st.sets(st.sampled_from(FAULTS), min_size=1))
 def test_faults_of_all_kinds_in_both_directions(

@@ -198,7 +198,7 @@ def test_words_of_others_cannot_break_the_page() -> None:
     assert text.count(bad) >= 4
 
 
-@pytest.mark.slow
+@pytest.mark.thorough
 def test_a_long_rich_record_stays_below_the_size_of_an_attachment() -> None:
     samples = 400_000
     rng = np.random.default_rng(0)

@@ -81,7 +81,7 @@ def test_a_stored_pyramid_is_the_same(tmp_path: Path) -> None:
         opened(tmp_path, "raw_2")
 
 
-@pytest.mark.slow
+@pytest.mark.thorough
 def test_ten_million_samples_are_drawn_in_a_fifth_of_a_second(tmp_path: Path) -> None:
     store(make_pyramid(np.random.default_rng(1).normal(size=10_000_000)), tmp_path, "raw")
     pyramid = opened(tmp_path, "raw")

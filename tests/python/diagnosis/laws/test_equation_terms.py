@@ -47,10 +47,10 @@ def terms_of(effect: str) -> Mapping[str, EquationTerms]:
     [
         "coulomb_friction",
         "valve_dead_band",
-        pytest.param("internal_leakage", marks=pytest.mark.slow),
-        pytest.param("transport_delay", marks=pytest.mark.slow),
-        pytest.param("sensor_lag", marks=pytest.mark.slow),
-        pytest.param("load_spring", marks=pytest.mark.slow),
+        pytest.param("internal_leakage", marks=pytest.mark.thorough),
+        pytest.param("transport_delay", marks=pytest.mark.thorough),
+        pytest.param("sensor_lag", marks=pytest.mark.thorough),
+        pytest.param("load_spring", marks=pytest.mark.thorough),
     ],
 )
 def test_the_equation_of_the_effect_gains_most(effect: str) -> None:

@@ -93,7 +93,7 @@ def refitted(explained: CandidateModel, record: Record) -> CandidateModel:
     return explained[0], values
 
 
-@pytest.mark.slow
+@pytest.mark.thorough
 @pytest.mark.parametrize(
     ("best", "other", "band_hz", "peak_v"),
     [
@@ -139,7 +139,7 @@ def test_the_next_experiment_separates_what_a_smooth_small_record_cannot(
     assert EVIDENCE * (costs[1] - costs[0]) / independent > SEPARATED_NATS
 
 
-@pytest.mark.slow
+@pytest.mark.thorough
 def test_a_nested_candidate_is_separated_by_its_own_record() -> None:
     coulomb = explanation("coulomb_friction", force_n=600.0)
     stribeck = explanation(
@@ -223,7 +223,7 @@ def test_a_span_too_small_for_the_drift_leaves_nothing() -> None:
     assert sum(experiment is not None for experiment in experiments) < len(MENU)
 
 
-@pytest.mark.slow
+@pytest.mark.thorough
 def test_sensors_are_requested_where_position_is_too_coarse() -> None:
     inside = explanation("internal_leakage", coefficient_m3_s_pa=2e-11)
     outside = explanation(

@@ -86,7 +86,7 @@ def test_candidate_effects_are_neither_configured_nor_excluded(excluded: set[str
         ("coulomb_friction.force_n", 400.0, made.PRESSURES),
         ("transport_delay.delay_s", 0.0053, ("position_m",)),
         *(
-            pytest.param(*parameters, marks=pytest.mark.slow)
+            pytest.param(*parameters, marks=pytest.mark.thorough)
             for parameters in (
                 ("valve_dead_band.overlap", 0.03, made.PRESSURES),
                 ("valve_dead_band.overlap", 0.03, ("position_m",)),
@@ -119,7 +119,7 @@ def test_the_effect_that_was_put_in_is_best_on_held_out_data(
     )
 
 
-@pytest.mark.slow
+@pytest.mark.thorough
 def test_a_dead_band_is_best_of_the_whole_catalogue() -> None:
     case = made.case_of({**made.OFF, "effects.valve_dead_band.overlap": 0.03})
     result = search(case)
@@ -192,7 +192,7 @@ def test_with_nothing_to_try_the_calibration_is_all() -> None:
     assert result.nominal.held_out_cost > result.calibrated.held_out_cost
 
 
-@pytest.mark.slow
+@pytest.mark.thorough
 def test_the_result_does_not_depend_on_the_workers() -> None:
     case = made.case_of({**made.OFF, "effects.transport_delay.delay_s": 0.0053})
     results = []

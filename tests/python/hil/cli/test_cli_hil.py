@@ -91,7 +91,7 @@ def test_a_run_of_a_servo_and_its_files(relay: Relay, tmp_path: Path) -> None:
     assert "K 0.0" in errors  # while it runs
 
 
-@pytest.mark.slow
+@pytest.mark.thorough
 @pytest.mark.usefixtures("blank_pictures")
 def test_the_experiment_of_a_servo(relay: Relay, tmp_path: Path) -> None:
     """K of the rig, before and behind a change of its load, whose omega_n falls to 1 / sqrt(2)."""
@@ -111,7 +111,7 @@ def test_the_experiment_of_a_servo(relay: Relay, tmp_path: Path) -> None:
     assert low < 0.5**0.5 < high
 
 
-@pytest.mark.slow
+@pytest.mark.thorough
 @pytest.mark.usefixtures("blank_pictures")
 def test_the_experiment_has_a_folder_for_each_factor(relay: Relay, tmp_path: Path) -> None:
     code, said, errors = ended("--port", relay.port, "--out", str(tmp_path))
@@ -310,7 +310,7 @@ def test_files_of_others_are_refused_before_the_target_is_asked(tmp_path: Path) 
     assert (tmp_path / "record.csv").read_text() == "of a day on the bench"
 
 
-@pytest.mark.slow
+@pytest.mark.thorough
 @pytest.mark.parametrize(
     ("machine", "options", "samples"),
     [
@@ -342,7 +342,7 @@ def test_a_run_on_the_emulated_cortex_m(
     assert findings["runs"][0]["line"]["asked_again"] == 0
 
 
-@pytest.mark.slow
+@pytest.mark.thorough
 def test_the_record_goes_into_the_diagnosis(relay: Relay, tmp_path: Path) -> None:
     """A machine with a friction that the rig does not tell, under control of the target."""
     rig = ROOT / "examples" / "rigs" / "bench.toml"

@@ -273,7 +273,7 @@ with workers(2):
 """
 
 
-@pytest.mark.slow
+@pytest.mark.thorough
 @pytest.mark.skipif(os.name != "posix", reason="signals to a process")
 def test_a_kill_loses_only_unfinished_cases(check: Path) -> None:
     """Of four cases, two at a time, the run is killed after the first; the test runs the others."""

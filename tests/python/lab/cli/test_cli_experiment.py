@@ -46,7 +46,7 @@ def page_of(folder: Path) -> Headings:
     return parser
 
 
-@pytest.mark.slow
+@pytest.mark.thorough
 def test_whole_experiment(tmp_path: Path) -> None:
     out = tmp_path / "out"
     outcome = CliRunner().invoke(cli, ["experiment", "--runs", "20", "--out", str(out)])
@@ -94,7 +94,7 @@ def test_whole_experiment(tmp_path: Path) -> None:
     assert not list(out.rglob("*.part"))
 
 
-@pytest.mark.slow
+@pytest.mark.thorough
 def test_on_a_record_of_the_rig(tmp_path: Path) -> None:
     rig = published_rig()
     write_record(rig_record(rig, 1), tmp_path / "rec.csv")

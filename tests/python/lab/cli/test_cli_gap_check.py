@@ -190,7 +190,7 @@ def test_without_numba_the_extra_is_named(tmp_path: Path, monkeypatch: pytest.Mo
     assert list(tmp_path.iterdir()) == []
 
 
-@pytest.mark.slow
+@pytest.mark.thorough
 @pytest.mark.usefixtures("blank_pictures")
 def test_a_cluster_runs_the_same_cases(tmp_path: Path, dask_cluster: str) -> None:
     """Files are written here."""
@@ -245,7 +245,7 @@ def test_errors_are_results_and_the_exit_code_is_none(
     assert len(list((tmp_path / "check" / "results").glob("*/error.txt"))) == 3
 
 
-@pytest.mark.slow
+@pytest.mark.thorough
 def test_the_diagnosis_itself_runs_from_end_to_end(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

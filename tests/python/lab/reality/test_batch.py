@@ -83,7 +83,7 @@ def test_the_transfer_record_is_written_to_its_own_folder(tmp_path: Path) -> Non
     )
 
 
-@pytest.mark.slow
+@pytest.mark.thorough
 def test_lengths_are_drawn_independently(tmp_path: Path) -> None:
     lengths = [draw_seconds(seed, "plain") for seed in range(500)]
     assert 8.0 <= min(lengths) < 8.5

@@ -147,7 +147,7 @@ UNNAMED_EQUATIONS = [name for name in UNNAMED if UNNAMED[name].adds_to not in ("
 
 
 @pytest.mark.parametrize("effect", [*CATALOGUE, *OUTSIDE_EQUATIONS, *UNNAMED_EQUATIONS])
-@pytest.mark.parametrize("grade", ["plain", pytest.param("hard", marks=pytest.mark.slow)])
+@pytest.mark.parametrize("grade", ["plain", pytest.param("hard", marks=pytest.mark.thorough)])
 def test_run_agrees_with_scipy_for_each_effect(effect: str, grade: str) -> None:
     kind = "one" if effect in CATALOGUE else "open"
     t = make_case(5, grade, kind, [effect], seconds=0.01).truth  # type: ignore[arg-type]

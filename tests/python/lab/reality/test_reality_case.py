@@ -207,7 +207,7 @@ EVERY_DAY = (
 @pytest.mark.parametrize(
     ("effect", "seeds"),
     [(effect, 1) for effect in EVERY_DAY]
-    + [pytest.param(effect, 2, marks=pytest.mark.slow) for effect in (*CATALOGUE, *OUTSIDE)],
+    + [pytest.param(effect, 2, marks=pytest.mark.thorough) for effect in (*CATALOGUE, *OUTSIDE)],
 )
 def test_each_effect_stands_out_of_the_noise(effect: str, seeds: int) -> None:
     """The record differs by more than noise from a run without the effect on the same command."""
@@ -263,7 +263,7 @@ def test_files_are_read_and_hold_no_answer(tmp_path: Path) -> None:
     assert f"{case.answer['effects']['load_force']['force_n']:.6g}" not in text
 
 
-@pytest.mark.slow
+@pytest.mark.thorough
 @pytest.mark.usefixtures("two_processes")
 def test_a_batch_writes_answers_to_a_separate_file(tmp_path: Path) -> None:
     write_cases(tmp_path / "cases", tmp_path / "answers.json", [1, 2], seconds=1.0)
@@ -322,7 +322,7 @@ def test_sampling_period_is_free() -> None:
     assert "numba" in sys.modules
 
 
-@pytest.mark.slow
+@pytest.mark.thorough
 def test_a_stiff_machine_gets_smaller_steps() -> None:
     """With the usual integration steps this machine diverged."""
     case = make_case(

@@ -294,7 +294,7 @@ def test_the_supply_droops_only_where_that_is_the_effect(seed: int) -> None:
 
 @given(seed=st.integers(0, 10**6))
 @settings(max_examples=20)
-@pytest.mark.slow
+@pytest.mark.thorough
 def test_any_case_stays_inside_the_machine(seed: int) -> None:
     dt_s = draw_sampling_time(seed, "wide")
     case = make_case(seed, "wide", "one", sensors="pressures", seconds=6.0, dt_s=dt_s)

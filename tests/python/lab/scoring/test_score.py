@@ -89,7 +89,7 @@ def test_the_control_of_a_perfect_diagnosis_is_at_chance(flawless: Score) -> Non
     assert right.high < 0.3
 
 
-@pytest.mark.slow
+@pytest.mark.thorough
 def test_a_random_diagnosis_scores_what_chance_gives(guessed: Score) -> None:
     known = [case for case in guessed.cases if case.answer.kind in ("one", "two")]
     # Friction is named by either of two names, a force by two: the probability of each case.

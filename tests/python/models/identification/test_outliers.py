@@ -48,7 +48,7 @@ def test_spikes_are_found_and_put_back(
     assert (error < 7.5 * NOISE / np.where(at == 999, 1.0, 3.06)).all()
 
 
-@pytest.mark.slow
+@pytest.mark.thorough
 def test_false_alarms_are_as_rare_as_promised() -> None:
     """1 % a record for tails of t7, normal noise has far fewer: none in 200 records is certain."""
     alarms = {"t7": 0, "normal": 0}

@@ -132,7 +132,7 @@ def test_a_common_root_is_ruled_out_where_there_is_none() -> None:
     assert nearest_cancellation(model(np.array([-0.9]), np.array([1.0]))) is None
 
 
-@pytest.mark.slow
+@pytest.mark.thorough
 def test_p_values_of_a_true_common_root_are_at_least_uniform() -> None:
     """Model (16) fitted with one order too many has a common root anywhere: p falls below 5 % in
     at most about 5 % of the records (the least over all places can only be smaller)."""

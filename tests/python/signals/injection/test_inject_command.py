@@ -139,7 +139,7 @@ def spool_means(command: FloatArray, bandwidth_hz: float, damping: float) -> Flo
     ("bandwidth_hz", "damping"),
     [
         (15.0, 0.5),
-        *(pytest.param(*one, marks=pytest.mark.slow) for one in ((40.0, 0.8), (200.0, 1.5))),
+        *(pytest.param(*one, marks=pytest.mark.thorough) for one in ((40.0, 0.8), (200.0, 1.5))),
     ],
 )
 def test_mean_of_the_lag_of_its_pre_image_is_the_command(
