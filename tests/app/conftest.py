@@ -18,8 +18,8 @@ OPTIONS = [
 ]  # fmt: skip
 
 
-# The journeys of every day: from a log to the verdict, a run of the Live page, and who is served. All others come with
-# `script/test --all`.
+# The journeys of every day: from a log to the verdict, a run of the Live page, and who is served.
+# All others come with `script/test --all`.
 EVERY_DAY = {
     "test_from_a_german_log_to_the_verdict",
     "test_a_run_to_its_end_and_a_machine_of_its_record",
@@ -28,7 +28,7 @@ EVERY_DAY = {
 
 
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
-    """Levels of the journeys; and each is tried twice: a browser on a busy machine can miss a click.
+    """Levels of journeys. Each is tried twice: a browser on a busy machine can miss a click.
 
     The report counts these as rerun, so that one that often needs it is seen.
     """

@@ -25,7 +25,6 @@ from ehsid.harness.rigs.questions import QUESTIONS
 from ehsid.workbench.session import Session
 
 
-
 def press(page: Any, name: str) -> None:
     page.get_by_role("button", name=name).click()
 

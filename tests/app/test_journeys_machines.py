@@ -10,7 +10,6 @@ import pytest
 from app_diagnosed import diagnosed_session
 
 
-
 @pytest.fixture
 def machines(page: Any, served: Any) -> Any:
     """The page, with three machines: `machine` was begun by opening the workbench."""

@@ -15,7 +15,6 @@ from app_sessions import BENCH
 from ehsid.workbench.session import Session
 
 
-
 def press(page: Any, name: str) -> None:
     page.get_by_role("button", name=name).click()
 

@@ -17,7 +17,6 @@ from ehsid.harness.rigs import read_rig
 from ehsid.workbench.lesson import candidates, truth
 
 
-
 @pytest.fixture
 def playground(page: Any) -> Any:
     page.get_by_role("link", name="Playground").click()

@@ -31,7 +31,6 @@ from ehsid.harness.show.where_section import where_section
 from ehsid.harness.show.which_section import which_section
 from ehsid.lab.studies.pages.claims_sections import claims_picture, claims_sections, verdict_lead
 
-
 EXAMPLES = Path(__file__).parents[2] / "examples"
 WIDTHS = (1400, 1000, 390)
 # What may lie beyond the edge of a picture, in inches: half the width of a line.
