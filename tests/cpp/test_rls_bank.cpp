@@ -103,7 +103,7 @@ TEST(RlsBank, EqualsTheScalarRecursionOfASizeChosenAtRunTime) {
 TEST(RlsBank, EqualsTheScalarRecursionOfOneParameter) {
   compare_all<float, 1, ehsid::Constant<float>>(1);
 }
-#if !defined(EHSID_FEWER)  // each takes a quarter of a minute to compile, half of one with sanitizers
+#if !defined(EHSID_FEWER)  // each takes a quarter of a minute to compile
 TEST(RlsBank, EqualsTheScalarRecursionOfTwelve) {
   compare_all<float, 12, ehsid::Exponential<float>>(12);
 }
