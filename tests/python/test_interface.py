@@ -10,6 +10,7 @@ from rules import problems
 NEEDS_DOXYGEN = ("C++", "C")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", interface.INTERFACES)
 def test_no_user_of_the_last_release_is_broken(name: str) -> None:
     if name in NEEDS_DOXYGEN and shutil.which("doxygen") is None:

@@ -70,6 +70,7 @@ def headers(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return to
 
 
+@pytest.mark.slow
 @doxygen_is_needed
 def test_cpp(headers: Path) -> None:
     changes = cpp_changes(cpp_table(interface.HEADERS), cpp_table(headers))

@@ -9,6 +9,8 @@ from pathlib import Path
 import pytest
 from sources import ROOT
 
+pytestmark = pytest.mark.thorough
+
 
 def tracked(*folders: str) -> set[str]:
     """Files of the folders that git knows or would add."""
@@ -34,6 +36,7 @@ def files(unpacked: Path) -> set[str]:
     return {str(path.relative_to(unpacked)) for path in unpacked.rglob("*") if path.is_file()}
 
 
+@pytest.mark.slow
 def test_everything_a_build_reads_is_there(files: set[str]) -> None:
     sources = tracked("cpp", "bindings", "cmake", "python")
     top = {"CMakeLists.txt", "LICENSE", "README.md", "pyproject.toml"}

@@ -98,6 +98,7 @@ def test_a_terminal_shows_a_bar(
     assert fake.asked.progress is not None
 
 
+@pytest.mark.slow
 def test_saved_files_are_those_of_the_command(tmp_path: Path, no_plots: None) -> None:
     found = made("ambiguous")
     folder = found.save(tmp_path / "out")

@@ -145,6 +145,7 @@ def test_no_signal_is_lost_under_the_name_of_a_path() -> None:
     assert found["status"].dtype == pl.UInt8
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("what", ["model", "found"])
 def test_saved_files_are_those_of_the_command(
     what: str, tmp_path: Path, request: pytest.FixtureRequest

@@ -31,6 +31,7 @@ def test_an_array_gives_the_run_of_the_room(rig: ehsid.Rig) -> None:
     assert dict(run.result.error) == dict(expected.error)
 
 
+@pytest.mark.slow
 def test_rigs_and_commands_of_every_kind_give_the_same(rig: ehsid.Rig, tmp_path: Path) -> None:
     expected = ehsid.simulate(rig, VOLTS, dt_s=1e-3)
     path = expected.save(tmp_path / "run.csv")
@@ -41,6 +42,7 @@ def test_rigs_and_commands_of_every_kind_give_the_same(rig: ehsid.Rig, tmp_path:
             assert np.array_equal(run.record["position_m"], expected.record["position_m"])
 
 
+@pytest.mark.slow
 def test_a_signal_is_that_of_the_command(rig: ehsid.Rig, tmp_path: Path) -> None:
     out = tmp_path / "sim.csv"
     line = f"simulate {BENCH} --excitation prbs --duration 1 --dt 0.002 --amplitude 2 --noise"

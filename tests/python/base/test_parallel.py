@@ -117,6 +117,7 @@ def test_linear_algebra_stays_in_its_thread_for_a_while() -> None:
     assert before
 
 
+@pytest.mark.slow
 def test_unordered_gives_what_is_there_and_takes_tasks_late() -> None:
     taken: list[int] = []
 
@@ -135,6 +136,7 @@ def test_unordered_gives_what_is_there_and_takes_tasks_late() -> None:
     assert sorted([first, *rest]) == [i**2 for i in range(40)]
 
 
+@pytest.mark.slow
 def test_a_worker_that_is_killed_is_one_message() -> None:
     tasks = [partial(os._exit, 1), *(partial(square, i) for i in range(3))]
     with workers(2), pytest.raises(ChildProcessError, match="a worker process was killed"):
@@ -172,6 +174,7 @@ def test_workers_end_when_their_parent_is_killed(tmp_path: Path) -> None:
         assert left_of_session(process.pid, within_s=20.0) == []
 
 
+@pytest.mark.slow
 def test_a_cluster_gives_the_same(dask_cluster: str) -> None:
     tasks = [partial(square, i, 0.05) for i in range(12)]
     with on_cluster(dask_cluster):
@@ -217,6 +220,7 @@ def kill_own_process() -> int:
     return 0
 
 
+@pytest.mark.thorough
 def test_a_worker_of_a_cluster_that_is_killed_costs_no_result(
     mortal_cluster: str, tmp_path: Path
 ) -> None:

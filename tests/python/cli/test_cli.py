@@ -16,6 +16,7 @@ BENCH = CRANE.parents[1] / "rigs" / "bench.toml"
 COLUMNS = ["--input", "valve_opening", "--output", "oil_pressure"]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("verb", ["estimate", "identify"])
 def test_real_record_gives_json_and_picture(verb: str, tmp_path: Path) -> None:
     arguments = [verb, str(CRANE), *COLUMNS, "--json", "--out", str(tmp_path)]
@@ -30,6 +31,7 @@ def test_real_record_gives_json_and_picture(verb: str, tmp_path: Path) -> None:
     assert sorted(path.name for path in tmp_path.iterdir()) == [".ehsid", *names]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("option", "has_term"), [([], True), (["--offset"], True), (["--no-offset"], False)]
 )
@@ -60,6 +62,7 @@ def test_estimate_says_whether_its_intervals_can_be_believed(noise: str, tmp_pat
     assert (found["whiteness"] < 22.458) == white
 
 
+@pytest.mark.slow
 def test_identify_draws_the_frequency_response_and_tells_the_limit_of_the_gain(
     tmp_path: Path,
 ) -> None:

@@ -45,6 +45,7 @@ def alone(file: str, *options: str) -> dict[str, Any]:
     return {key: value for key, value in found.items() if key not in ("advice", "next_command")}
 
 
+@pytest.mark.slow
 def test_every_record_is_as_alone_and_the_others_are_named(here: Path) -> None:
     logs = here / "logs"
     (logs / "broken.csv").write_text("time_s,command_v,position_m\n0,1,abc\n")
@@ -94,6 +95,7 @@ def test_every_record_is_as_alone_and_the_others_are_named(here: Path) -> None:
     assert "abc" in page
 
 
+@pytest.mark.slow
 def test_json_is_the_file(here: Path) -> None:
     outcome = run("logs", *SETTINGS, "--json", "--out", "out")
     assert outcome.exit_code == 0, outcome.output
@@ -111,6 +113,7 @@ def test_methods_that_no_bank_runs_are_as_alone_too(here: Path) -> None:
         assert one["estimate"] == alone(one["file"], *settings)
 
 
+@pytest.mark.slow
 def test_logs_that_are_read_in_the_same_way_are_told_once(here: Path) -> None:
     for path in (here / "logs").iterdir():
         path.unlink()

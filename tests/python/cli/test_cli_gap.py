@@ -101,6 +101,7 @@ def test_held_out_records_are_never_fitted(diagnose: FakeDiagnose, here: Path) -
     assert diagnose.asked.options == DiagnosisOptions(("load_force", "load_spring"))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("verdict", VERDICTS)
 def test_every_verdict_is_a_result(verdict: Any, diagnose: FakeDiagnose, here: Path) -> None:
     diagnose.diagnosis = made_diagnosis(verdict)
@@ -118,6 +119,7 @@ def test_every_verdict_is_a_result(verdict: Any, diagnose: FakeDiagnose, here: P
     assert (here / "out" / "report.html").is_file()
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("no_plots")
 @pytest.mark.parametrize(
     ("fail_on", "code"), [("effects", 3), ("any", 3), ("no_gap", 0), ("efects", 2)]
@@ -132,6 +134,7 @@ def test_a_verdict_that_must_not_be_ends_with_3_and_all_results(
     assert (here / "out" / "diagnosis.json").is_file() == (code != 2)
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("no_plots")
 def test_how_a_log_was_read_is_told_once(diagnose: FakeDiagnose, here: Path) -> None:
     log = (here / "one.csv").read_text().replace("position_m", "Stroke [m]", 1)
@@ -180,6 +183,7 @@ def test_records_of_one_name_are_told_apart(diagnose: FakeDiagnose, here: Path) 
     assert diagnose.asked.held_out == ["tuesday_log"]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
@@ -266,6 +270,7 @@ def alive(group: int) -> bool:
     return True
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("no_plots")
 @pytest.mark.skipif(os.name != "posix", reason="signals to a group of processes")
 def test_a_kill_leaves_the_earlier_results(diagnose: FakeDiagnose, here: Path) -> None:
@@ -292,6 +297,7 @@ def test_a_kill_leaves_the_earlier_results(diagnose: FakeDiagnose, here: Path) -
     assert [path.name for path in (here / "out" / ".ehsid").iterdir()] == ["gap.json"]
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(os.name != "posix", reason="signals to a group of processes")
 def test_ctrl_c_ends_all_and_leaves_nothing(here: Path) -> None:
     with interruptible([sys.executable, "-c", LONG_WORK]) as work:

@@ -91,6 +91,7 @@ def test_an_unknown_verb_of_a_group_is_told_with_the_nearest() -> None:
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("arguments", [["--help"], ["--version"]])
 def test_the_overview_imports_no_verb_and_no_library(arguments: list[str]) -> None:
     modules = imported_by(*arguments)
@@ -98,6 +99,7 @@ def test_the_overview_imports_no_verb_and_no_library(arguments: list[str]) -> No
     assert not modules & {verb.module for verb in VERBS}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("verb", VERBS, ids=lambda verb: verb.name)
 def test_the_help_of_a_verb_imports_no_library(verb: Verb) -> None:
     modules = imported_by(*verb.name.split(), "--help")
@@ -105,6 +107,7 @@ def test_the_help_of_a_verb_imports_no_library(verb: Verb) -> None:
     assert not modules & HEAVY
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(
     ("arguments", "unused"),
     [
@@ -233,6 +236,7 @@ typer.core.TyperGroup.resolve_command = interrupted
 """
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "preparation",
     [
@@ -255,6 +259,7 @@ main()
     assert outcome.stderr == "ehsid: interrupted\n"
 
 
+@pytest.mark.slow
 def test_a_reader_that_has_gone_is_no_error() -> None:
     command = [
         sys.executable,

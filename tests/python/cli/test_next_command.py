@@ -63,6 +63,7 @@ def test_identify_estimate_and_export_follow_each_other(record: Path, tmp_path: 
     assert (tmp_path / "servo_configuration.hpp").is_file()
 
 
+@pytest.mark.slow
 def test_json_has_the_same_and_the_files_too(record: Path, tmp_path: Path) -> None:
     arguments = [str(record), *COLUMNS, "--json", "--out", str(tmp_path / "out")]
     found = json.loads(run("identify", *arguments, "--orders", "3").stdout)

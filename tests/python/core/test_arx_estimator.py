@@ -21,6 +21,7 @@ def full(na: int, nb: int, nk: int) -> int:
     return max(na, nk + nb - 1)
 
 
+@pytest.mark.slow
 @settings(max_examples=80)
 @given(
     na=st.integers(1, 6),

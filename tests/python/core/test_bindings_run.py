@@ -17,6 +17,7 @@ import ehsid
 Status = ehsid.Status
 
 
+@pytest.mark.slow
 @given(
     name=st.sampled_from(policies.NAMES),
     dtype=st.sampled_from(["float32", "float64"]),
@@ -198,6 +199,7 @@ def in_use(kind: str) -> list[Callable[[], object]]:
     ]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", ["estimator", "recursion", "bank", "plant"])
 def test_an_object_is_refused_while_it_runs_in_another_thread(kind: str) -> None:
     """Before, four runs at once ended the process by a segmentation fault."""

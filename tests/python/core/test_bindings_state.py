@@ -6,6 +6,7 @@ import math
 import model16
 import numpy as np
 import policies
+import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -52,6 +53,7 @@ def test_recursion_keeps_every_bit_when_it_refuses(
     assert rls.save() == undisturbed.save()
 
 
+@pytest.mark.slow
 @given(name=NAMES, dtype=PRECISIONS, seed=st.integers(0, 1000))
 def test_finite_samples_of_any_size_leave_a_usable_estimate(
     name: str, dtype: str, seed: int

@@ -283,6 +283,7 @@ IN_COMMON = {
 }
 
 
+@pytest.mark.slow
 @given(share=st.floats(1e-4, 0.5))
 def test_a_law_that_contains_another_can_act_as_it_does(share: float) -> None:
     """At the sizes of `same`, all terms are those of the simpler law; see `grown`."""

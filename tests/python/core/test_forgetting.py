@@ -98,6 +98,7 @@ def test_f_ratio_speaks_with_the_hundredth_error() -> None:
         assert (path.forgetting_factor[spike] < 1.0) == forgets
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", policies.NAMES)
 def test_the_information_margin_skips_what_its_definition_says(name: str) -> None:
     rng = np.random.default_rng(6)
@@ -118,6 +119,7 @@ def test_the_information_margin_skips_what_its_definition_says(name: str) -> Non
     assert kept.all() == (name not in ("constant", "error_driven"))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("dtype", ["float32", "float64"])
 @pytest.mark.parametrize("noise", [1e-3, 0.1])
 @pytest.mark.parametrize("level", [0.0, 0.5])

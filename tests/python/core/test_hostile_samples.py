@@ -33,6 +33,7 @@ def assert_finite(made: ehsid.ArxEstimator, path: ehsid.Trajectory) -> None:
     assert (path.standard_deviation >= 0.0).all()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("reset", [True, False])
 @pytest.mark.parametrize("dtype", ["float32", "float64"])
 @pytest.mark.parametrize("policy", policies.NAMES)

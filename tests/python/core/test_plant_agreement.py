@@ -41,6 +41,7 @@ def test_every_effect_of_the_catalogue_is_here() -> None:
     assert EFFECTS.keys() >= WITHOUT_RATE
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("effect", [None, *EFFECTS])
 def test_servo_with_one_effect(effect: str | None) -> None:
     values = typical() if effect is None else runs.with_effect(EFFECTS[effect])
@@ -58,6 +59,7 @@ def test_servo_with_one_effect(effect: str | None) -> None:
         assert medium / fine > 3.0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("rate", [-3.0, 3.0])
 def test_a_flow_that_changes_much_in_a_short_record(rate: float) -> None:
     values = typical() | {"effects.flow_gain_drift.rate_1_s": rate}
@@ -71,6 +73,7 @@ def test_a_flow_that_changes_much_in_a_short_record(rate: float) -> None:
     assert coarse / fine > 3.0
 
 
+@pytest.mark.slow
 def test_the_supply_falls_as_the_reference_says() -> None:
     values = runs.with_effect(EFFECTS["supply_droop"])
     command = runs.steps(1, 100, 10, 6.0)
@@ -109,6 +112,7 @@ def test_no_pressure_rings_where_a_small_volume_fills_fast(substeps: int) -> Non
     np.testing.assert_allclose(pressure[6:], supply, rtol=1e-4)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("lag", ["hidden", "told"])
 def test_a_spool_that_is_limited_in_speed(lag: str) -> None:
     values = typical() if lag == "hidden" else runs.with_effect(EFFECTS["valve_lag"])

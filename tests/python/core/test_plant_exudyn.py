@@ -124,6 +124,7 @@ def check_agreement(rig: Mapping[str, float], opening: runs.FloatArray, walls: f
         assert difference[output] < tolerance < 1e-6
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("opening", OPENINGS)
 @pytest.mark.parametrize("name", RIGS)
 def test_same_motion_and_pressures(name: str, opening: str) -> None:
@@ -139,6 +140,7 @@ def test_same_ringing_from_a_start_out_of_balance(name: str) -> None:
     check_agreement(rig, np.zeros(201), WALLS[name])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("parameter", actuator(RIGS["large"], WALLS["large"]))
 def test_a_change_of_a_thousandth_is_seen(parameter: str) -> None:
     """The comparison has power: each term of exudyn's equations matters in it."""

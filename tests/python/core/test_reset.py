@@ -72,6 +72,7 @@ def changing(seed: int, n: int, changes: dict[int, float], noise: float) -> tupl
     return u, model16.output(np.zeros(n), equation)
 
 
+@pytest.mark.slow
 @settings(max_examples=40)
 @given(
     short=st.floats(1.0, 20.0),
@@ -153,6 +154,7 @@ def test_reset_by_hand_is_no_alarm() -> None:
     assert estimator.resets == 0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", policies.NAMES)
 @pytest.mark.parametrize("noise", [1e-4, 1e-2, 1.0])
 def test_a_plant_that_stays_raises_no_alarm(name: str, noise: float) -> None:
@@ -199,6 +201,7 @@ def spoiled(kind: str, seed: int, noise: float) -> tuple[FloatArray, FloatArray]
     return u, y
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["constant", "f_ratio", "error_driven"])
 @pytest.mark.parametrize("noise", [1e-3, 1e-2, 5e-2])
 @pytest.mark.parametrize("kind", ["position", "equation", "t(2.2)"])
@@ -215,6 +218,7 @@ def test_outliers_are_no_change_of_the_plant(name: str, noise: float, kind: str)
     assert reset <= (6 if kind == "t(2.2)" else 0)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("size", [1e1, 1e2, 1e3, 9e3])
 @pytest.mark.parametrize("noise", [1e-3, 5e-2])
 @pytest.mark.parametrize("name", ["constant", "exponential", "f_ratio", "error_driven"])

@@ -68,6 +68,7 @@ def test_the_gate_is_met_in_the_median() -> None:
     assert np.median(needed) <= 20
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", SEEDS)
 def test_behind_the_reset_the_estimate_is_that_of_least_squares(seed: int) -> None:
     """FRatio forgets nothing then, and no guard leaves a sample out."""

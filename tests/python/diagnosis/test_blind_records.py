@@ -82,7 +82,7 @@ def diagnosed(blind: Blind) -> tuple[Judgement, str, tuple[str, ...]]:
     return judge(answer, case_findings), diagnosis.verdict, selected
 
 
-# Seed of the record that is tested every day; it has pressures.
+# Seed of the record that `script/test` has; it has pressures. All others are for `--all`.
 EVERY_DAY = {101}
 
 
@@ -92,7 +92,7 @@ EVERY_DAY = {101}
         pytest.param(
             blind,
             id=f"{blind.seed}-{'-'.join(blind.effects) or blind.kind}",
-            marks=() if blind.seed in EVERY_DAY else pytest.mark.thorough,
+            marks=pytest.mark.slow if blind.seed in EVERY_DAY else pytest.mark.thorough,
         )
         for blind in TABLE
     ],

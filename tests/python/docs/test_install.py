@@ -40,6 +40,7 @@ def test_the_line_for_an_extra_names_the_python_that_runs() -> None:
     assert rest == ["-m", "pip", "install", "ehsid[logs]"]
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("page", ["README.md", "docs/install.md"])
 def test_the_first_command_of_the_demo_is_that_of_the_page_and_runs(page: str) -> None:
     said = re.findall(r'^say "    (.*)"$', text_of(ROOT / "script" / "demo"), flags=re.MULTILINE)

@@ -63,6 +63,7 @@ def check(record: Record, mark: float) -> None:
     assert "taken as no value" in told
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("write", [write_text, write_parquet, write_npz])
 @pytest.mark.parametrize("mark", MARKS)
 def test_a_mark_is_a_gap_in_every_kind_of_log(tmp_path: Path, write, mark: float) -> None:  # type: ignore[no-untyped-def]

@@ -51,6 +51,7 @@ def columns_of(names: tuple[str, ...]) -> dict[str, np.ndarray]:
     return dict(zip(names, (0.01 * k, np.sin(0.1 * k), 0.1 + 0.01 * np.cos(0.1 * k)), strict=True))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.parametrize("names", NAMES.values(), ids=NAMES)
 @pytest.mark.parametrize(("side", "remark"), SIDES.values(), ids=SIDES)

@@ -125,6 +125,7 @@ CSV_CASES = [
 ]  # fmt: skip
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("case", CSV_CASES, ids=lambda case: case.label)
 def test_message_of_a_malformed_file(tmp_path: Path, case: Case) -> None:
     path = tmp_path / case.file
@@ -303,6 +304,7 @@ def test_writing_is_whole_or_not_at_all(tmp_path: Path, monkeypatch: pytest.Monk
     assert list(tmp_path.iterdir()) == [target]
 
 
+@pytest.mark.slow
 @settings(max_examples=300)
 @given(data=st.data())
 def test_a_damaged_file_raises_no_other_error(

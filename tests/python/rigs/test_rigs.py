@@ -57,6 +57,7 @@ def test_written_rig_reads_the_same(other_values: list[tuple[str, float]]) -> No
     assert dict(rig_read.sensors) == dict(rig.sensors)
 
 
+@pytest.mark.slow
 @given(name=st.sampled_from(MACHINE), side=st.sampled_from([-1, 1]))
 def test_every_value_outside_its_range_is_named(name: str, side: int) -> None:
     parameter = PARAMETERS[name]

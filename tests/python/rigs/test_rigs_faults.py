@@ -236,6 +236,7 @@ def test_a_rig_with_everything_survives_writing(tmp_path: Path) -> None:
             assert getattr(rig_read, part) == getattr(rig, part)
 
 
+@pytest.mark.slow
 @settings(max_examples=300)
 @given(data=st.data())
 def test_a_damaged_file_raises_no_other_error(data: st.DataObject) -> None:

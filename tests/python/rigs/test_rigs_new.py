@@ -72,6 +72,7 @@ def test_an_uncertainty_is_read(sign: str) -> None:
     assert (read.value, read.sigma) == (120.0, pytest.approx(0.2))
 
 
+@pytest.mark.slow
 @given(st.text(max_size=90))
 def test_any_text_is_a_quantity_or_a_message(text: str) -> None:
     try:

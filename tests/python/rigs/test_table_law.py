@@ -68,6 +68,7 @@ def laws(draw: st.DrawFn) -> TableLaw:
     )
 
 
+@pytest.mark.slow
 @given(tables=st.dictionaries(st.from_regex(r"[A-Za-z0-9_-]+", fullmatch=True), laws(), max_size=3))
 def test_a_written_table_is_read_as_it_was(tables: dict[str, TableLaw]) -> None:
     rig = replace(parse_rig(EHS), tables=tables)

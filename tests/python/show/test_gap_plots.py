@@ -2,6 +2,7 @@
 from dataclasses import replace
 
 import numpy as np
+import pytest
 from made_diagnoses import made_diagnosis
 
 from ehsid.harness.diagnosis.result import HeldOutRun
@@ -39,6 +40,7 @@ def test_thinned_curves_keep_all_windows() -> None:
     assert np.count_nonzero(np.diff(np.isnan(columns["nominal"]).astype(int)) == 1) == 999
 
 
+@pytest.mark.slow
 def test_each_output_of_each_record_has_its_plots() -> None:
     run = made_diagnosis("effects").runs[0]
     blocks = run_blocks([run, replace(run, record="other")])

@@ -95,6 +95,7 @@ def test_names_are_words() -> None:
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", [p.name for p in ehsid.plant_parameters()])
 def test_no_name_of_the_plant_shows_a_unit_or_an_underscore(name: str) -> None:
     words = value_name(name)

@@ -45,6 +45,7 @@ def test_a_record_of_few_windows_shows_one() -> None:
     assert len(largest_windows(made_input(2, 1))) == 1
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("of", ["position_m", *FURTHER])
 def test_the_card_names_the_variable(of: str) -> None:
     card = unknown_input_card(made_input(5, 1, of))

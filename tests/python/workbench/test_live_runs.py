@@ -57,6 +57,7 @@ def samples(folder: Path) -> int:
     return RingReader(ring).count if ring.exists() else 0
 
 
+@pytest.mark.slow
 def test_a_run_writes_what_the_command_writes(runs: LiveRuns, target: Relay) -> None:
     settings = LiveSettings(port=target.port, rig=str(BENCH), duration_s="3", real_time=False)
     job, folder = started(runs, settings)
@@ -79,6 +80,7 @@ def test_a_run_writes_what_the_command_writes(runs: LiveRuns, target: Relay) -> 
     assert [entry.file for entry in session.settings.records] == ["logs/run_1.csv"]
 
 
+@pytest.mark.slow
 def test_wishes_are_carried_out_and_the_run_stopped(runs: LiveRuns, target: Relay) -> None:
     job, folder = started(runs, LiveSettings(port=target.port, duration_s="200", dt_ms="10"))
     until(lambda: samples(folder) > 20)
@@ -108,6 +110,7 @@ def test_wishes_are_carried_out_and_the_run_stopped(runs: LiveRuns, target: Rela
     assert run["line"]["asked_again"] >= 1
 
 
+@pytest.mark.slow
 def test_a_run_that_fails_says_where_its_samples_are(runs: LiveRuns) -> None:
     with relayed(FakeDevice(EstimatingTarget())) as relay:
         job, folder = started(runs, LiveSettings(port=relay.port))
@@ -122,6 +125,7 @@ def test_a_run_that_fails_says_where_its_samples_are(runs: LiveRuns) -> None:
         runs.make_machine("")
 
 
+@pytest.mark.thorough
 def test_only_the_newest_run_keeps_its_ring(runs: LiveRuns, target: Relay) -> None:
     settings = LiveSettings(port=target.port, duration_s="1", real_time=False)
     _, first = started(runs, settings)
@@ -141,6 +145,7 @@ def test_runs_are_no_machines(runs: LiveRuns, target: Relay) -> None:
     assert runs.workbench.opened("_live").folder != runs.folder
 
 
+@pytest.mark.slow
 def test_the_end_of_the_program_ends_the_run(runs: LiveRuns, target: Relay) -> None:
     job, folder = started(runs, LiveSettings(port=target.port))
     until(lambda: samples(folder) > 5)

@@ -43,6 +43,7 @@ def session(tmp_path_factory: pytest.TempPathFactory) -> Session:
     return made
 
 
+@pytest.mark.slow
 def test_the_commands_give_the_same_files(
     session: Session, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -56,6 +57,7 @@ def test_the_commands_give_the_same_files(
         assert written == (session.folder / "model" / name).read_bytes()
 
 
+@pytest.mark.slow
 def test_the_python_gives_the_same_files(
     session: Session, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

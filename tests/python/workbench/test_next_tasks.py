@@ -37,6 +37,7 @@ def silent(share: float) -> None:
     assert 0.0 <= share <= 1.0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("c", "like_model"), [(False, False), (True, False), (False, True)])
 def test_the_header_is_that_of_the_command_and_of_the_python(
     session: Session, c: bool, like_model: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
@@ -84,6 +85,7 @@ def test_a_folder_behind_a_link_is_not_packed(name: str, tmp_path: Path) -> None
     assert [path.name for path in packed_files(session.folder)] == ["session.toml"]
 
 
+@pytest.mark.slow
 def test_the_archive_opens_as_a_session_of_its_own(session: Session, tmp_path: Path) -> None:
     (session.folder / "errors.log").write_text("x")
     (session.folder / "records" / "link.csv").symlink_to(Path(__file__))

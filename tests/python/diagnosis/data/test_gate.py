@@ -137,6 +137,7 @@ PRESSURES = ("pressure_a_pa", "pressure_b_pa", "supply_pressure_pa")
 UNIT = "perhaps it is in another unit: --map '{}={} [{}]'".format
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("change", "words", "serious"),
     [
@@ -481,6 +482,7 @@ def _pumped(low: float, begin_s: float, end_s: float, droop: bool = False) -> Co
 _PRESSURES = ("supply_pressure_pa", "pressure_a_pa", "pressure_b_pa")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("low", "begin_s", "end_s", "without", "used_s", "words"),
     [

@@ -65,6 +65,7 @@ def test_every_candidate_has_the_standing_that_the_selection_gave_it(sizes: list
             assert chance(hypothesis.probability) in said.why
 
 
+@pytest.mark.slow
 @given(SIZES)
 def test_a_better_candidate_that_is_not_named_is_explained(sizes: list[float]) -> None:
     # Of candidates with the same errors either may come first.

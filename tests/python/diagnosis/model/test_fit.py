@@ -92,6 +92,7 @@ def test_the_limit_of_iterations_holds() -> None:
     assert result.cost == pytest.approx(subject.cost(result.x))
 
 
+@pytest.mark.slow
 @given(seed=st.integers(0, 500))
 @example(seed=298)  # six tries do not shorten the steps enough
 def test_the_minimum_of_a_nonlinear_cost_is_that_of_scipy(seed: int) -> None:

@@ -76,6 +76,7 @@ def test_outputs_that_are_noise_do_not_count() -> None:
     assert problem(record).outputs == ("position_m", "pressure_a_pa", "pressure_b_pa", "spool")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("white", [False, True])
 def test_gradient_is_that_of_the_cost(white: bool) -> None:
     record = compared_record(TRUE)

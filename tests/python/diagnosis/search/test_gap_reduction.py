@@ -99,6 +99,7 @@ def test_nothing_above_the_floor_has_no_share() -> None:
     assert reduction.from_nominal.value == 0.0
 
 
+@pytest.mark.slow
 @given(seed=st.integers(0, 30))
 def test_interval_is_wider_where_windows_differ(seed: int) -> None:
     """Errors in a few windows only have fewer independent values than samples."""

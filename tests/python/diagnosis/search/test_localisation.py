@@ -89,6 +89,7 @@ def test_contradictions_of_place_and_effects_are_noted() -> None:
     assert "mechanics, 92 %" in note
 
 
+@pytest.mark.slow
 @given(
     shares=st.dictionaries(
         st.sampled_from(["valve_dead_band", "coulomb_friction", "load_force"]),

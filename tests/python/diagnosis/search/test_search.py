@@ -138,6 +138,7 @@ def test_a_dead_band_is_best_of_the_whole_catalogue() -> None:
         assert likelihood_gain(case, best, candidate).nats > 0.0, candidate.effects
 
 
+@pytest.mark.slow
 def test_two_effects_are_identified_together_and_each_stage_has_progress() -> None:
     case = made.case_of({**made.OFF, **PAIR})
     told: list[tuple[str, list[float]]] = []
@@ -170,6 +171,7 @@ def test_two_effects_are_identified_together_and_each_stage_has_progress() -> No
     assert told[1][1][-1] >= SCREENING
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("names", [made.PRESSURES, ("position_m",)])
 def test_no_effect_gains_where_none_was_put_in(names: tuple[str, ...]) -> None:
     case = made.case_of(made.OFF, names)
@@ -184,6 +186,7 @@ def test_no_effect_gains_where_none_was_put_in(names: tuple[str, ...]) -> None:
         assert likelihood_gain(case, candidate, result.calibrated).relative < FORWARD_RELATIVE
 
 
+@pytest.mark.slow
 def test_with_nothing_to_try_the_calibration_is_all() -> None:
     case = made.case_of(made.OFF)
     with workers(1):
@@ -236,6 +239,7 @@ def test_taking_effects_away_leaves_the_others_as_they_are(calm: Case, data: st.
     np.testing.assert_array_equal(restricted, [before[name] for name in names])
 
 
+@pytest.mark.slow
 def test_a_set_is_reached_from_what_is_left_of_a_larger_one() -> None:
     """The backward step from three effects reaches the same fit as the forward step to two."""
     case = made.case_of(PAIR)
@@ -256,6 +260,7 @@ def test_a_set_is_reached_from_what_is_left_of_a_larger_one() -> None:
         assert backward.values[name] == pytest.approx(value, rel=0.05)
 
 
+@pytest.mark.slow
 def test_an_excluded_effect_is_not_reached_through_the_law_that_contains_it() -> None:
     case = made.case_of({**made.OFF, "effects.coulomb_friction.force_n": 400.0})
     with workers(1):
@@ -367,6 +372,7 @@ def _far_off(case: Case, effects: tuple[str, ...]) -> FittedCandidate:
                    held_out_cost=0.0)  # fmt: skip
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("well_fitted", [(), ("coulomb_friction",), ("load_force",)], ids="+".join)
 def test_no_set_is_behind_one_that_it_contains(well_fitted: tuple[str, ...]) -> None:
     case = made.case_of(
@@ -432,6 +438,7 @@ STRIBECK = {
 }
 
 
+@pytest.mark.slow
 def test_a_law_in_a_wrong_minimum_starts_again_from_its_simpler_law() -> None:
     case = made.case_of({**made.OFF, **STRIBECK})
     with workers(1):
@@ -449,6 +456,7 @@ def test_a_law_in_a_wrong_minimum_starts_again_from_its_simpler_law() -> None:
         assert found.values[name] == pytest.approx(size, rel=0.1), name
 
 
+@pytest.mark.slow
 def test_screening_costs_what_its_candidates_cost(
     calm: Case, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -479,6 +487,7 @@ def test_screening_costs_what_its_candidates_cost(
     assert max(alone) <= 2 * 3 * (TRIES + per_step) + 1
 
 
+@pytest.mark.slow
 def test_the_two_effects_as_which_one_acts_are_fitted_as_well() -> None:
     forces = {"effects.coulomb_friction.force_n": 400.0, "effects.load_force.force_n": -150.0}
     case = made.case_of({**made.OFF, **forces})
@@ -521,6 +530,7 @@ def test_a_law_is_extended_only_where_it_is_ahead_of_the_simpler_one(
     assert not _is_ahead_of_all_inside(calm, fitted(("sensor_lag",), 99.0), inside)
 
 
+@pytest.mark.slow
 def test_a_law_that_contains_another_starts_from_the_short_fit_of_that_one(
     calm: Case, monkeypatch: pytest.MonkeyPatch
 ) -> None:

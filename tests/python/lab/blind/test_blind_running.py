@@ -91,6 +91,7 @@ def test_settings_survive_a_file_and_list_differences() -> None:
     assert settings.differences(settings) == []
 
 
+@pytest.mark.slow
 def test_a_check_has_all_grades_and_a_separate_file_of_answers(made: Path) -> None:
     names = sorted(path.name for path in (made / "cases").iterdir())
     answers = answers_of(made)
@@ -112,6 +113,7 @@ def test_a_check_has_all_grades_and_a_separate_file_of_answers(made: Path) -> No
     ]
 
 
+@pytest.mark.slow
 def test_the_same_settings_make_the_same_check(made: Path, tmp_path: Path) -> None:
     with workers(1):
         again = tiny_check(tmp_path / "again")
@@ -228,6 +230,7 @@ def test_a_case_that_cannot_be_read_is_an_error_of_its_own(check: Path) -> None:
     assert "no such file" in outcomes[0].word
 
 
+@pytest.mark.slow
 def test_the_true_effect_is_left_out(tmp_path: Path) -> None:
     settings = Settings(seed=3, count=6, grades=("plain",), seconds=2.0, exclude_truth=True)
     out = tmp_path / "check"

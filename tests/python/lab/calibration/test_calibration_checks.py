@@ -41,6 +41,7 @@ def strange(machines: list[Machine]) -> Calibration:
     return calibrate(Found(tuple(machines), {"not finished": 3}))
 
 
+@pytest.mark.thorough
 def test_the_family_that_differs_is_the_worst(strange: Calibration) -> None:
     worst = strange.families[0]
     assert (worst.trait, worst.family) == ("seals", "Dahl")
@@ -52,6 +53,7 @@ def test_the_family_that_differs_is_the_worst(strange: Calibration) -> None:
     assert all(one.coverage.high > one.promised for one in others)
 
 
+@pytest.mark.thorough
 def test_fitted_probabilities_are_meant_and_those_in_use_are_not() -> None:
     found = calibrate(Found(tuple(drawn_machines(800, 7))))
     in_use, fitted = found.probabilities
@@ -114,6 +116,7 @@ def test_ends_that_other_machines_have_moved_hold_what_they_promise() -> None:
         assert shrinkage.high < 0.0
 
 
+@pytest.mark.thorough
 def test_the_order_of_the_machines_is_nothing(
     machines: list[Machine], strange: Calibration
 ) -> None:
@@ -127,6 +130,7 @@ def test_the_file_is_as_its_schema_has_it(strange: Calibration, tmp_path: Path) 
     check_file(path)
 
 
+@pytest.mark.slow
 def test_a_few_machines_are_enough_for_a_result_and_none_are_not() -> None:
     few = calibrate(Found(tuple(drawn_machines(5, 1))))
     assert few.families == ()

@@ -38,6 +38,7 @@ def deviations(count: int, seed: int) -> np.ndarray:
     return np.array(off) / found.errors
 
 
+@pytest.mark.slow
 def test_known_constants_are_found_within_their_standard_errors() -> None:
     found = fit(choices_of(drawn_machines(1500, 1)))
     assert np.abs(deviations(1500, 1)).max() < stats.norm.ppf(1.0 - RISK / 2.0)
@@ -46,6 +47,7 @@ def test_known_constants_are_found_within_their_standard_errors() -> None:
     assert found.errors[NAMES.index("effect")] < 0.25
 
 
+@pytest.mark.thorough
 def test_standard_errors_are_not_too_small() -> None:
     # The sum of the squares of n standard normal numbers is chi-square with n degrees of freedom;
     # the ridge makes it only smaller.

@@ -38,6 +38,7 @@ def words(text: str) -> str:
     return " ".join(text.split())
 
 
+@pytest.mark.slow
 def test_a_check_is_made_sealed_run_and_scored(tmp_path: Path) -> None:
     out = tmp_path / "check"
     outcome = run("--out", str(out), *TINY)
@@ -87,6 +88,7 @@ def test_the_same_command_goes_on_and_then_only_scores(
     assert outcome.stdout == (out / "score.json").read_text(encoding="utf-8")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("options", "told"),
     [
@@ -127,6 +129,7 @@ def test_another_version_must_not_go_on(made: Path, monkeypatch: pytest.MonkeyPa
     assert "this is 99.0; name a new folder" in words(outcome.stderr)
 
 
+@pytest.mark.slow
 def test_a_changed_answer_is_refused_before_and_after_the_run(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -230,6 +233,7 @@ def test_a_bar_on_a_terminal_still_tells_of_errors() -> None:
     assert "4 of 5, good" not in text
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("blank_pictures")
 def test_errors_are_results_and_the_exit_code_is_none(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch

@@ -35,6 +35,7 @@ def test_no_law_has_the_name_of_an_effect() -> None:
     assert not set(UNNAMED) & {*CATALOGUE, *OUTSIDE}
 
 
+@pytest.mark.thorough
 def test_a_seed_goes_on_to_draw_the_machines_that_it_drew() -> None:
     drawn = {
         effect
@@ -44,6 +45,7 @@ def test_a_seed_goes_on_to_draw_the_machines_that_it_drew() -> None:
     assert drawn <= set(OUTSIDE)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["cubic_spring", "turbulent_drag", "later_load"])
 @pytest.mark.parametrize("share", [0.1, 0.45, 0.8])
 def test_a_force_opposes_extension_by_the_curve(name: str, share: float) -> None:
@@ -59,6 +61,7 @@ def test_a_force_opposes_extension_by_the_curve(name: str, share: float) -> None
     assert lost * t.mass_kg == pytest.approx(expected, rel=1e-9, abs=1e-8)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("x", [-0.9, -0.3, -0.05, 0.0, 0.1, 0.5, 1.0])
 def test_a_valve_of_two_gains_opens_by_the_curve(x: float) -> None:
     t, healthy = machines("dual_gain_valve")

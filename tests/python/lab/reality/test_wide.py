@@ -45,6 +45,7 @@ FAMILIES = {
 }
 
 
+@pytest.mark.slow
 def test_the_same_arguments_make_the_same_case() -> None:
     first, second = (make_case(7, "wide", "two", **SHORT) for _ in range(2))
     assert first.rig_toml == second.rig_toml
@@ -65,6 +66,7 @@ BEFORE: tuple[tuple[str, str, int, float, float], ...] = (
 )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("grade", "kind", "seed", "positions", "command"), BEFORE)
 def test_the_other_grades_are_as_before(
     grade: Any, kind: Any, seed: int, positions: float, command: float
@@ -263,6 +265,7 @@ def test_answers_name_the_families(seed: int) -> None:
     assert 0.0 <= answer["severity"] <= 1.0
 
 
+@pytest.mark.slow
 def test_families_follow_the_machine() -> None:
     for seed in range(12):
         case = make_case(seed, "wide", "none", seconds=0.05)
@@ -274,6 +277,7 @@ def test_families_follow_the_machine() -> None:
         assert case.truth == case.healthy
 
 
+@pytest.mark.slow
 def test_stribeck_friction_is_never_of_dahls_law() -> None:
     seals = set()
     for seed in range(12):
@@ -283,6 +287,7 @@ def test_stribeck_friction_is_never_of_dahls_law() -> None:
     assert seals == {"LuGre", "Bouc-Wen"}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(4))
 def test_the_supply_droops_only_where_that_is_the_effect(seed: int) -> None:
     case = make_case(seed, "wide", effects=["load_force"], sensors="pressures+supply", seconds=4.0)
@@ -306,6 +311,7 @@ def test_any_case_stays_inside_the_machine(seed: int) -> None:
         assert np.abs(record["command_v"]).max() <= rig.values["valve.rated_command_v"]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("among", ["training", "validation"])
 def test_a_check_takes_its_commands_from_one_set(tmp_path: Path, among: str) -> None:
     settings = Settings(count=4, grades=("wide",), seconds=2.0, excitations=among)
@@ -315,6 +321,7 @@ def test_a_check_takes_its_commands_from_one_set(tmp_path: Path, among: str) -> 
     assert drawn <= {*EXCITATION_SETS[among]}  # type: ignore[index]
 
 
+@pytest.mark.slow
 def test_a_check_has_wide_cases(tmp_path: Path) -> None:
     make_check(tmp_path / "check", Settings(count=2, grades=("wide",), seconds=2.0))
     answers = read_answers(tmp_path / "check" / ANSWERS)

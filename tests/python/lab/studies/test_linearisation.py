@@ -69,6 +69,7 @@ def test_the_amplitude_does_not_matter_to_a_linear_rig() -> None:
     np.testing.assert_allclose(small.response, large.response, rtol=1e-9)
 
 
+@pytest.mark.slow
 def test_the_bench_tends_to_a_limit_as_the_amplitude_falls() -> None:
     """Halving the amplitude changes the response less and less, and so does its distortion."""
     found = [small_signal_response(BENCH, DT_S, amplitude_v=4.0 / 4**i) for i in range(6)]

@@ -38,6 +38,7 @@ def test_record_is_as_long_as_the_published_one_and_stays_where_it_began() -> No
     assert abs(drifting[-1] - drifting[0]) > 0.05
 
 
+@pytest.mark.slow
 def test_the_change_comes_at_half_time_and_not_before() -> None:
     same = changed_record(RIG, {}, 5)
     heavy = changed_record(RIG, {"load.mass_kg": 6000.0}, 5)
@@ -56,6 +57,7 @@ def test_the_change_comes_at_half_time_and_not_before() -> None:
     assert np.std(changed) > 1e-3
 
 
+@pytest.mark.slow
 def test_offline_and_recursive_agree_on_the_rig_and_read_its_oil() -> None:
     record = rig_record(RIG, 0)
     model = fit_arx(IoData.from_record(record, "command_v", "position_m"), ORDERS)
@@ -74,6 +76,7 @@ def test_offline_and_recursive_agree_on_the_rig_and_read_its_oil() -> None:
     assert rig.mass_kg[0] == pytest.approx(RIG.values["load.mass_kg"], rel=0.02)
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("two_processes")
 def test_reset_follows_the_change_of_the_rig() -> None:
     record = rig_record(RIG, 0)

@@ -41,6 +41,7 @@ def servo_run(
     return command, position
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("bias_v", "offset_m", "late"),
     [(0.0, 0.0, 0), (0.3, 0.0, 0), (0.0, 0.5, 0), (0.0, 0.0, 1), (0.0, 0.0, 6)],

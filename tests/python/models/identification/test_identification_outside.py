@@ -58,6 +58,7 @@ def compare(u: np.ndarray, y: np.ndarray, offset: bool) -> None:
         )
 
 
+@pytest.mark.slow
 @settings(max_examples=15)
 @given(seed=st.integers(0, 2**32 - 1), noise=st.floats(0.01, 1.0), offset=st.booleans())
 def test_on_model_16(seed: int, noise: float, offset: bool) -> None:

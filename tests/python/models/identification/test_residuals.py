@@ -73,6 +73,7 @@ def test_cross_correlation_is_that_of_statsmodels(seed: int, n: int, max_lag: in
     assert ours.family_band > ours.band
 
 
+@pytest.mark.slow
 def test_the_bands_have_the_right_width_for_coloured_signals() -> None:
     """N var(r_eu) of independent e and u is the sum of r_e r_u: here known in closed form."""
     n, runs, pole_e, pole_u, max_lag = 1000, 400, 0.7, 0.8, 25
@@ -98,6 +99,7 @@ def test_the_bands_have_the_right_width_for_coloured_signals() -> None:
     assert np.mean(squared_bands) == pytest.approx(tapered, abs=allowed)
 
 
+@pytest.mark.slow
 def test_false_alarms_are_as_rare_as_claimed() -> None:
     runs, n = 400, 500
     rng = np.random.default_rng(12)

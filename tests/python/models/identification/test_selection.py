@@ -103,6 +103,7 @@ def test_the_rule_for_the_delay() -> None:
     assert choose_delay(judged, 0.0).orders.nk == 2
 
 
+@pytest.mark.slow
 @settings(max_examples=15)
 @given(
     seed=st.integers(0, 2**32 - 1),

@@ -43,6 +43,7 @@ def check_truth(record: Record, *, slow_supply: bool = False) -> None:
         assert (error <= limit).all(), name
 
 
+@pytest.mark.slow
 def test_every_kind_of_log_holds_the_same_motion(log: Path) -> None:
     record = read_record(log)
     check_truth(record, slow_supply=log.suffix == ".mf4")
@@ -57,6 +58,7 @@ def test_every_kind_of_log_holds_the_same_motion(log: Path) -> None:
         assert taken["pressure_a_pa"].factor == pytest.approx(1e5)
 
 
+@pytest.mark.slow
 def test_the_printed_columns_read_the_log_again(log: Path) -> None:
     record = read_record(log)
     assert record.origin is not None
@@ -140,6 +142,7 @@ def write_joint_states(path: Path) -> Path:
     return found
 
 
+@pytest.mark.slow
 def test_messages_of_ros_2_in_mcap_have_the_time_of_their_stamps(tmp_path: Path) -> None:
     path = write_joint_states(tmp_path)
     names = {"command_v": "/joints/effort[0]", "position_m": "/joints/position[0]"}

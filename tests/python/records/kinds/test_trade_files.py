@@ -90,6 +90,7 @@ def lvm(
     return text
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("columns", ["No", "One", "Multi"])
 @pytest.mark.parametrize(("sep", "decimal"), [("\t", "."), ("\t", ","), (",", ".")])
 @pytest.mark.parametrize("cuts", [(0, N), (0, 30, 70, N)])
@@ -203,6 +204,7 @@ def scope(
     return "\n".join(lines) + ("\nEOF" if eof else "\n")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("sep", "decimal"), [("\t", "."), ("\t", ","), (";", ","), (",", ".")])
 @pytest.mark.parametrize("apart", [False, True])
 @pytest.mark.parametrize("eof", [False, True])
@@ -290,6 +292,7 @@ def test_a_signal_of_dspace_without_axis_is_refused(tmp_path: Path) -> None:
     assert caught.value.column == "Valve"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("ending", "name", "export"),
     [(ending, one.name, one.export) for one in UNREAD for ending in one.endings],

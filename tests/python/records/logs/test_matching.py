@@ -78,6 +78,7 @@ NAMES = [
 ]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("name", "channel", "said"), NAMES, ids=[one[0] for one in NAMES])
 def test_a_name_means_one_channel(name: str, channel: str, said: str | bool) -> None:
     if "/rig" not in name and "." not in name:
@@ -160,6 +161,7 @@ def test_units_of_engineers(text: str, channel: str, factor: float, offset: floa
     assert conversion(unit, channel) == pytest.approx((factor, offset), rel=1e-9, abs=1e-9)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("text", "channel"),
     [("counts", "position_m"), ("inc", "position_m"), ("% of stroke", "position_m"),

@@ -132,6 +132,7 @@ def test_single_missing_rows_are_bridged_and_long_gaps_are_not(tmp_path: Path) -
 FOREIGN = "time,command,position [m]"  # names of a log, not of the schema
 
 
+@pytest.mark.slow
 @settings(max_examples=30, deadline=None)
 @given(
     lost=st.lists(st.integers(1, 298), min_size=1, max_size=40, unique=True),

@@ -84,6 +84,7 @@ def test_settings_of_a_command_line() -> None:
     assert len(caught.value.problems) == 3
 
 
+@pytest.mark.slow
 def test_command_writes_a_record_that_drives_the_next_run(tmp_path: Path) -> None:
     first, second = tmp_path / "first.csv", tmp_path / "second.parquet"
     arguments = ["--excitation", "steps", "--duration", "1", "--amplitude", "3", "--json"]

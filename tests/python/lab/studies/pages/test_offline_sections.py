@@ -44,6 +44,7 @@ def truth(factor: float = 1.0) -> FrequencyResponse:
     return FrequencyResponse(f, factor * g, "the truth")
 
 
+@pytest.mark.slow
 def test_everything_is_there_and_renders() -> None:
     procedure = run()
     sections = offline_sections(
@@ -58,6 +59,7 @@ def test_everything_is_there_and_renders() -> None:
     assert "nan" not in text(sections).lower()
 
 
+@pytest.mark.slow
 def test_the_order_table_has_the_figures_and_the_paper_s_beside() -> None:
     procedure = run()
     sections = offline_sections(procedure, record_name="a record", published=ORDERS)
@@ -78,6 +80,7 @@ def test_the_order_table_has_the_figures_and_the_paper_s_beside() -> None:
     assert not any("paper" in column for column in table.columns)
 
 
+@pytest.mark.slow
 def test_outliers_and_settings_are_told() -> None:
     words = text(offline_sections(run(), record_name="a record"))
     assert "1 of 1196 samples replaced" in words
@@ -88,6 +91,7 @@ def test_outliers_and_settings_are_told() -> None:
     assert "means removed" in words
 
 
+@pytest.mark.slow
 def test_every_attempt_and_its_reason_are_told() -> None:
     rng = np.random.default_rng(2)
     u = rng.normal(size=1500)
@@ -102,6 +106,7 @@ def test_every_attempt_and_its_reason_are_told() -> None:
     assert "The loop changed this choice" in text(sections)
 
 
+@pytest.mark.slow
 def test_agreement_with_the_rig_is_told_and_disagreement_too() -> None:
     procedure = run()
     near = text(offline_sections(procedure, record_name="a", rig_response=truth()))
@@ -128,6 +133,7 @@ def test_without_a_model_the_problems_are_the_page() -> None:
     assert "Too short" in text(offline_sections(short, record_name="a record"))
 
 
+@pytest.mark.slow
 def test_without_a_sampling_time_frequencies_are_those_of_samples() -> None:
     procedure = run(dt_s=None)
     assert procedure.response is not None
@@ -136,6 +142,7 @@ def test_without_a_sampling_time_frequencies_are_those_of_samples() -> None:
     assert figure.axes[1].get_xlim()[1] < 0.5
 
 
+@pytest.mark.slow
 def test_the_bode_figure_shows_band_and_dots() -> None:
     procedure = run()
     assert procedure.response is not None
@@ -156,6 +163,7 @@ def test_the_bode_figure_shows_band_and_dots() -> None:
     np.testing.assert_allclose(turns, np.round(turns[0]), atol=1e-12)
 
 
+@pytest.mark.slow
 def test_the_bode_figure_marks_the_margins_where_the_model_has_them() -> None:
     procedure = run()
     loop = procedure.loop
@@ -198,6 +206,7 @@ def test_proportional_control_is_told_in_words_and_tables() -> None:
     assert "cycles a sample" in limit_words(loop, None, None)
 
 
+@pytest.mark.slow
 def test_the_pole_figure_marks_all_and_says_what_is_outside() -> None:
     procedure = run()
     assert procedure.poles_zeros is not None
@@ -210,6 +219,7 @@ def test_the_pole_figure_marks_all_and_says_what_is_outside() -> None:
     assert crosses is not circles
 
 
+@pytest.mark.slow
 def test_the_output_is_named_in_words_and_in_the_unit_of_the_trade() -> None:
     best = run().best
     upper, _ = outputs_figure(best, 0.05, "position_m").axes
