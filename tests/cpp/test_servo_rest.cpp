@@ -33,7 +33,7 @@ TEST(RestDetector, TwoCalmBlocksAreARest) {
   EXPECT_FALSE(rest.resting());
 }
 
-TEST(RestDetector, MotionIsNoneHoweverSlowlyItBegins) {
+TEST(RestDetector, MotionIsNoneHoweverGentlyItBegins) {
   Rest rest;
   Sensor sensor;
   rest.restart(20);
