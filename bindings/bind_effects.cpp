@@ -305,8 +305,36 @@ void bind_descriptions(py::module_& m) {
       .def_property_readonly(
           "power", [](const ShownParameter& p) { return p.info.power; },
           "Small changes of the outputs are proportional to c if it is proportional to c**power; 0 "
-          "for the form of a "
-          "law.")
+          "for the form of a law.")
+      .def_property_readonly(
+          "called", [](const ShownParameter& p) { return p.info.called; },
+          "Name for people; empty where the words of `name` say enough.")
+      .def_property_readonly(
+          "share_of", [](const ShownParameter& p) { return p.info.share_of; },
+          "Of what a value without a unit is a share; empty for no share.")
+      .def_property_readonly(
+          "sigma", [](const ShownParameter& p) { return p.info.prior.sigma; },
+          "1-sigma of its prior in a fit, > 0: relative for a value of the rig, that of the "
+          "logarithm "
+          "for a logarithmic nuisance, else in its own unit.")
+      .def_property_readonly(
+          "logarithmic", [](const ShownParameter& p) { return p.info.prior.logarithmic; },
+          "Whether the prior of a nuisance is one of its logarithm.")
+      .def_property_readonly(
+          "held", [](const ShownParameter& p) { return p.info.prior.held; },
+          "Whether no fit moves it: it defines others, or is measured with a ruler.")
+      .def_property_readonly(
+          "by_pressures", [](const ShownParameter& p) { return p.info.prior.by_pressures; },
+          "Whether only measured pressures separate this nuisance from a load force.")
+      .def_property_readonly(
+          "fit_ends",
+          [](const ShownParameter& p) {
+            const plant::Prior& prior = p.info.prior;
+            return py::typing::Tuple<double, double>(
+                py::make_tuple(std::isnan(prior.low) ? p.info.minimum : prior.low,
+                               std::isnan(prior.high) ? p.info.maximum : prior.high));
+          },
+          "Bounds in a fit: the plausible range, or less.")
       .def("__repr__",
            [](const py::object& self) { return show_properties(self, {"name", "unit"}); });
   py::class_<MachineScale>(m, "MachineScale",

@@ -22,8 +22,6 @@ import numpy.typing as npt
 import ehsid
 
 from ..catalogue.parameters import (
-    DEFAULT_EFFECT_UNCERTAINTY,
-    DEFAULT_UNCERTAINTY,
     parameter_keys,
     plant_parameters,
 )
@@ -152,6 +150,8 @@ def _widths(knots: list[float]) -> list[float]:
 # A value of the machine is within this many of its stated standard deviations: a fit moves it by no
 # more.
 MOST_SIGMAS = 4.0
+# Relative 1-sigma of a nuisance whose value a rig file states.
+STATED_NUISANCE = 0.3
 
 PlantName = Literal["ehs", "axis", "linear"]
 
@@ -207,7 +207,7 @@ class Rig:
         """Returns the relative 1-sigma of a value; a default if the rig file gives none."""
         if name in self.uncertainty:
             return self.uncertainty[name]
-        return DEFAULT_UNCERTAINTY.get(name, DEFAULT_EFFECT_UNCERTAINTY)
+        return STATED_NUISANCE if ParameterKey(name).is_nuisance else plant_parameters()[name].sigma
 
     def effects(self) -> tuple[str, ...]:
         """Returns the ids of the effects that are on."""

@@ -12,7 +12,7 @@ from collections.abc import Iterator, Sequence
 from types import MappingProxyType
 
 from ..catalogue.channels import shown_channel
-from ..catalogue.parameters import SHARE_OF, VALUE_NAMES, effect_name, plant_parameters
+from ..catalogue.parameters import effect_name, plant_parameters
 from ..catalogue.spellings import ParameterKey
 from ..diagnosis.result import Diagnosis
 from ..diagnosis.schema import Candidate, Estimate, HowFar, Remark, Verdict
@@ -146,9 +146,10 @@ def nats_behind(candidate: Candidate, other: Candidate) -> str:
 def value_name(name: str) -> str:
     """Returns a full name in words, without the unit; before the size of an effect, the effect."""
     key = ParameterKey(name)
-    unit = plant_parameters()[key].unit if key in plant_parameters() else "1"
-    ending = "" if unit == "1" else "_" + _suffix(unit)
-    what = VALUE_NAMES.get(key) or plain_name(key.parameter.removesuffix(ending))
+    info = plant_parameters().get(key)
+    ending = "" if info is None or info.unit == "1" else "_" + _suffix(info.unit)
+    called = "" if info is None else info.called
+    what = called or plain_name(key.parameter.removesuffix(ending))
     return what if key.effect is None else f"{plain_name(key.effect)}: {what}"
 
 
@@ -163,9 +164,10 @@ def unit_of(name: str) -> str:
 
     That of a share is "1 of" with the words for the whole.
     """
-    if name in SHARE_OF:
-        return f"1 of {SHARE_OF[name]}"
-    return plant_parameters()[name].unit if name in plant_parameters() else "1"
+    info = plant_parameters().get(name)
+    if info is None:
+        return "1"
+    return f"1 of {info.share_of}" if info.share_of else info.unit
 
 
 def in_shown_unit(value: float, unit: str) -> tuple[float, str]:

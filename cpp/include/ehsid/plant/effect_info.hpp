@@ -6,13 +6,27 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
+#include <limits>
 
 namespace ehsid::plant {
 
 /// The part of the servo to which an effect belongs.
 enum class Subsystem { valve, hydraulics, mechanics, sensor, timing };
 
-/// A parameter of an effect, SI. 0 switches it off, whatever its range.
+/// How a fit may move a value: a normal prior and bounds.
+struct Prior {
+  /// Standard deviation: relative for a value of the rig, where its file says none; of a nuisance that of its logarithm
+  /// or in its own unit.
+  double sigma = 0.3;
+  bool logarithmic = false;
+  bool held = false;          // not moved: it defines others, or is measured with a ruler
+  bool by_pressures = false;  // a nuisance that only measured pressures separate from a load force
+  /// Bounds where the plausible range is too wide; NaN where it is not.
+  double low = std::numeric_limits<double>::quiet_NaN();
+  double high = std::numeric_limits<double>::quiet_NaN();
+};
+
+/// A parameter of the plant, SI. 0 switches an effect off, whatever its range.
 struct ParameterInfo {
   const char* name;
   const char* unit;  // "1" for a fraction
@@ -23,7 +37,13 @@ struct ParameterInfo {
   /// Small changes of the outputs are proportional to c if the parameter is proportional to c^power; a power of zero
   /// is a parameter of the form of a law, which has no size.
   double power = 1.0;
+  const char* called = "";    // for people, where the words of the name do not say enough
+  const char* share_of = "";  // of what a value without a unit is a share
+  Prior prior = {};
 };
+
+/// Of what commands and openings of the valve are shares.
+inline constexpr const char* kRatedCommand = "rated command";
 
 /// An effect in words.
 struct EffectInfo {

@@ -25,7 +25,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Literal
 
-from ...catalogue.parameters import VALUE_NAMES, effect_name, effects
+from ...catalogue.parameters import effect_name, effects, plant_parameters
 from ...catalogue.spellings import ParameterKey
 from ...rigs import Rig
 from ..deciding import (
@@ -254,7 +254,8 @@ def _sizes(effect: str, values: Mapping[str, float]) -> str:
     told = []
     for parameter in effects()[effect].parameters:
         key = ParameterKey.of_effect(effect, parameter.name)
-        name = VALUE_NAMES.get(key, parameter.name.removesuffix("_m_s").replace("_", " "))
+        plain = parameter.name.removesuffix("_m_s").replace("_", " ")
+        name = plant_parameters()[key].called or plain
         name = name.replace("stribeck", "Stribeck")
         unit = "" if parameter.unit == "1" else f" {parameter.unit}"
         told.append(f"{name} {values[key]:.5g}{unit}")

@@ -31,65 +31,9 @@ from ...catalogue.spellings import ParameterKey
 from ...rigs import Rig
 from ...rigs.rig import MOST_SIGMAS, TableLaw
 
-# A fit does not move values that define others (the point of the rated flow) or that are measured
-# with a ruler. They keep the value in the rig file.
-HELD = (
-    "cylinder.bore_m",
-    "cylinder.rod_m",
-    "cylinder.stroke_m",
-    "valve.rated_pressure_drop_pa",
-    "valve.rated_command_v",
-    "supply.tank_pressure_pa",
-)
-# Prior standard deviation of each nuisance about its typical value: of its logarithm if it is one
-# of LOGARITHMIC_NUISANCES, else in its own unit. A few of these deviations reach the ends of the
-# range of a nuisance, so that a nuisance cannot hide an effect.
-NUISANCE_SIGMA = {
-    "nuisance.spool_bandwidth_hz": 0.4,
-    "nuisance.spool_damping": 0.2,
-    "nuisance.spool_slew_1_s": 1.2,
-    "nuisance.null_bias": 0.002,
-    "nuisance.edge_rounding": 0.7,
-    "nuisance.laminar_pressure_pa": 0.7,
-    "nuisance.presliding_m": 0.5,
-    "nuisance.sliding_onset_m_s": 2.0,
-    "nuisance.free_gas": 1.2,
-    "nuisance.bulk_slope": 5.0,
-    "nuisance.atmosphere": 0.5,
-    "nuisance.edge_overlap_sides": 0.005,
-    "nuisance.edge_overlap_tank": 0.005,
-    "nuisance.edge_gain_direction": 0.02,
-    "nuisance.edge_gain_sides": 0.02,
-    "nuisance.edge_gain_tank": 0.02,
-    "nuisance.flow_exponent": 0.02,
-}
-# Bounds of a nuisance where the bounds of the plant are too wide. A spool of 100 Hz with damping
-# 1.5 has a delay of 5 ms, and only an effect (a lag or a delay) should have that much. A spool of
-# 130 Hz with damping 1.1 has a delay of 2.7 ms.
-NUISANCE_ENDS = {
-    "nuisance.spool_bandwidth_hz": (130.0, 1000.0),
-    "nuisance.spool_damping": (0.5, 1.1),
-}
-# Without measured pressures these nuisances cannot be separated from a load force, which also makes
-# the speeds of the two directions unequal. They then keep their typical values.
-SEEN_BY_PRESSURES = (
-    "nuisance.edge_gain_direction",
-    "nuisance.edge_gain_sides",
-    "nuisance.edge_gain_tank",
-)
 # Prior centres where no pressure is measured. It is often not known whether the supply pressure in
 # the rig file is absolute or above the atmosphere; 0.5 is in the middle of both.
 UNSEEN_CENTRE = {"nuisance.atmosphere": 0.5}
-LOGARITHMIC_NUISANCES = (
-    "nuisance.spool_bandwidth_hz",
-    "nuisance.spool_slew_1_s",
-    "nuisance.edge_rounding",
-    "nuisance.laminar_pressure_pa",
-    "nuisance.presliding_m",
-    "nuisance.sliding_onset_m_s",
-    "nuisance.free_gas",
-)
-
 OF_HIDDEN_SPOOL = ("nuisance.spool_bandwidth_hz", "nuisance.spool_damping")
 FRICTION_NUISANCES = ("nuisance.presliding_m", "nuisance.sliding_onset_m_s")
 
@@ -137,20 +81,17 @@ def calibration_parameters(
     """Returns the values of the rig and the nuisances that a calibration may change.
 
     The uncertainty of a rig value gives its prior and bounds. Effects in the rig file are treated
-    like any other value. Values that define others or are measured with a ruler (HELD) stay, and so
-    do nuisances that do not act on the plant. Without measured pressures, nuisances that cannot be
-    distinguished from an effect (SEEN_BY_PRESSURES) stay, too, unless `unseen` includes them.
+    like any other value. Values that define others or are measured with a ruler (`held`) stay, and
+    so do nuisances that do not act on the plant. Without measured pressures, nuisances that only
+    these separate from a load force (`by_pressures`) stay, too, unless `unseen` includes them: a
+    load force also makes the speeds of the two directions unequal.
     """
     parameters = []
     for name, value in rig.values.items():
-        if (
-            name in HELD
-            or value == 0.0
-            or ParameterKey(name).is_nuisance
-            or ParameterKey(name).is_initial
-        ):
-            continue
         info, sigma = plant_parameters()[name], rig.sigma(name)
+        key = ParameterKey(name)
+        if info.held or value == 0.0 or key.is_nuisance or key.is_initial:
+            continue
         if value > 0.0:
             centre = math.log(value)
             reach = MOST_SIGMAS * sigma
@@ -165,8 +106,12 @@ def calibration_parameters(
             std = sigma * abs(value)
             low = max(value - MOST_SIGMAS * std, info.minimum)
             parameters.append(Parameter(name, False, value, std, low, value + MOST_SIGMAS * std))
-    left_out = () if pressures or unseen else SEEN_BY_PRESSURES
-    return (*parameters, *(p for p in _nuisances(rig, pressures) if p.name not in left_out))
+    known = plant_parameters()
+    nuisances = _nuisances(rig, pressures)
+    return (
+        *parameters,
+        *(p for p in nuisances if pressures or unseen or not known[p.name].by_pressures),
+    )
 
 
 def _log_within(maximum: float) -> float:
@@ -188,20 +133,21 @@ def _log_above(minimum: float) -> float:
 def _nuisances(rig: Rig, pressures: bool) -> list[Parameter]:
     nuisances = []
     rig_has_lag = EffectTerms(rig.plant_values()).spool_lag[0] > 0.0
-    for name, sigma in NUISANCE_SIGMA.items():
+    for name, info in plant_parameters().items():
+        if not ParameterKey(name).is_nuisance:
+            continue
         if rig.plant != "ehs" and name not in FRICTION_NUISANCES:
             continue
         if name in OF_HIDDEN_SPOOL and rig_has_lag:
             continue
-        info = plant_parameters()[name]
         default = info.typical if pressures else UNSEEN_CENTRE.get(name, info.typical)
         typical = rig.values.get(name, default)
-        low, high = NUISANCE_ENDS.get(name, (info.minimum, info.maximum))
-        if name in LOGARITHMIC_NUISANCES:
+        low, high = info.fit_ends
+        if info.logarithmic:
             bounds = _log_above(low), _log_within(high)
-            nuisances.append(Parameter(name, True, math.log(typical), sigma, *bounds))
+            nuisances.append(Parameter(name, True, math.log(typical), info.sigma, *bounds))
         else:
-            nuisances.append(Parameter(name, False, typical, sigma, low, high))
+            nuisances.append(Parameter(name, False, typical, info.sigma, low, high))
     return nuisances
 
 

@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 
 import ehsid
+from ehsid.harness.catalogue.parameters import plant_parameters
 from ehsid.harness.diagnosis.data.floor import floor_of
 from ehsid.harness.diagnosis.model.case import LEAST_WINDOW_SAMPLES, WINDOW_SWINGING_S, make_case
 from ehsid.harness.diagnosis.model.fit import SUBSTEPS
-from ehsid.harness.diagnosis.model.parameters import SEEN_BY_PRESSURES
 from ehsid.harness.diagnosis.schema import WINDOW_S
 from ehsid.harness.records import Record, make_record
 from ehsid.harness.signals.excitation import multisine
@@ -170,7 +170,9 @@ def test_floor_is_that_of_the_noisiest_training_record() -> None:
 def test_parameters_are_those_of_the_calibration_and_then_the_effects() -> None:
     case = made.case_of({})
     calibration = [p.name for p in case.parameters()]
-    assert set(SEEN_BY_PRESSURES) <= set(calibration)
+    by_pressures = {name for name, info in plant_parameters().items() if info.by_pressures}
+    assert by_pressures
+    assert by_pressures <= set(calibration)
     both = [p.name for p in case.parameters(("stribeck_friction", "transport_delay"))]
     assert both[: len(calibration)] == calibration
     assert both[len(calibration) :] == [
@@ -182,7 +184,7 @@ def test_parameters_are_those_of_the_calibration_and_then_the_effects() -> None:
     # Without pressures, the nuisances that only pressures show are left out.
     position_only = replace(case, outputs=("position_m",))
     assert [p.name for p in position_only.parameters()] == [
-        name for name in calibration if name not in SEEN_BY_PRESSURES
+        name for name in calibration if name not in by_pressures
     ]
 
 

@@ -11,10 +11,6 @@ import ehsid
 from ehsid.harness.catalogue.parameters import effects, plant_parameters
 from ehsid.harness.diagnosis import calibration_parameters, effect_parameters
 from ehsid.harness.diagnosis.model.parameters import (
-    HELD,
-    LOGARITHMIC_NUISANCES,
-    NUISANCE_SIGMA,
-    SEEN_BY_PRESSURES,
     UNSEEN_CENTRE,
 )
 from ehsid.harness.rigs import Rig, read_rig
@@ -32,10 +28,12 @@ def test_parameters_are_the_uncertain_values_of_the_rig_and_nuisances(rig: Rig) 
     parameters = calibration_parameters(rig)
     names = [parameter.name for parameter in parameters]
     assert len(set(names)) == len(names)
-    assert not set(names) & set(HELD)
-    rig_names = {name for name, value in rig.values.items() if value != 0.0} - set(HELD)
+    held = {name for name, info in plant_parameters().items() if info.held}
+    assert held & set(rig.values) or rig.plant != "ehs"
+    assert not set(names) & held
+    rig_names = {name for name, value in rig.values.items() if value != 0.0} - held
     assert rig_names <= set(names)
-    assert set(names) - rig_names <= set(NUISANCE_SIGMA)
+    assert all(name.startswith("nuisance.") for name in set(names) - rig_names)
     for parameter in parameters:
         assert parameter.low <= parameter.centre <= parameter.high
         info = plant_parameters()[parameter.name]
@@ -73,9 +71,8 @@ def test_a_lag_in_the_rig_file_replaces_the_hidden_spool() -> None:
 def test_without_pressures_some_nuisances_are_left_out(rig: Rig) -> None:
     with_pressures = calibration_parameters(rig)
     without_pressures = calibration_parameters(rig, pressures=False)
-    expected = [
-        parameter for parameter in with_pressures if parameter.name not in SEEN_BY_PRESSURES
-    ]
+    by_pressures = {name for name, info in plant_parameters().items() if info.by_pressures}
+    expected = [parameter for parameter in with_pressures if parameter.name not in by_pressures]
     assert [parameter.name for parameter in without_pressures] == [
         parameter.name for parameter in expected
     ]
@@ -85,17 +82,23 @@ def test_without_pressures_some_nuisances_are_left_out(rig: Rig) -> None:
         else:
             assert parameter.centre == UNSEEN_CENTRE[parameter.name]
     if rig.plant == "ehs":
-        assert set(SEEN_BY_PRESSURES) <= {parameter.name for parameter in with_pressures}
+        assert by_pressures
+        assert by_pressures <= {parameter.name for parameter in with_pressures}
 
 
 def test_every_nuisance_has_a_prior() -> None:
-    """The priors are those of the nuisances of the plant, without exception or addition."""
-    names = {name for name in plant_parameters() if name.startswith("nuisance.")}
-    assert set(NUISANCE_SIGMA) == names
-    assert set(LOGARITHMIC_NUISANCES) | set(SEEN_BY_PRESSURES) <= names
-    # The uncertainty of a positive value is a factor; that of a value of either sign an amount.
-    for name in LOGARITHMIC_NUISANCES:
-        assert plant_parameters()[name].minimum > 0.0
+    """The uncertainty of a positive value is a factor; that of a value of either sign an amount."""
+    for name, info in plant_parameters().items():
+        low, high = info.fit_ends
+        assert info.minimum <= low < high <= info.maximum
+        if not name.startswith("nuisance."):
+            assert (info.logarithmic, info.by_pressures) == (False, False)
+            continue
+        assert info.minimum > 0.0 or not info.logarithmic
+        start = math.log(info.typical) if info.logarithmic else info.typical
+        near, far = (math.log(low), math.log(high)) if info.logarithmic else (low, high)
+        assert near <= start <= far
+        assert 0.0 < info.sigma < far - near
 
 
 @pytest.mark.parametrize("effect", [effect.id for effect in ehsid.effects()])

@@ -21,7 +21,8 @@ struct EntrainedAir : Effect<Scalar> {
       "both pressures, low ones above all",
       "less than 0.1 % of air changes the bulk modulus at 50 bar by less than 1 %"};
   static constexpr std::array<ParameterInfo, 1> kParameters{
-      {{"volume_fraction", "1", 0.0, 0.1, 0.01, "of air at atmospheric pressure"}}};
+      {{"volume_fraction", "1", 0.0, 0.1, 0.01, "of air at atmospheric pressure", 1.0, "",
+        "volume"}}};
   std::array<Scalar, 1> parameters{};
 
   static constexpr std::array kNeeds{Need::varying_pressures};

@@ -18,8 +18,10 @@ struct ExternalLeakage : Effect<Scalar> {
                                     "both pressures",
                                     "a spool at null leaks a per cent of the flow of the valve"};
   static constexpr std::array<ParameterInfo, 2> kParameters{
-      {{"coefficient_a_m3_s_pa", "m^3/(s Pa)", 0.0, 5e-10, 2e-11, "of the cap side"},
-       {"coefficient_b_m3_s_pa", "m^3/(s Pa)", 0.0, 5e-10, 2e-11, "of the rod side"}}};
+      {{"coefficient_a_m3_s_pa", "m^3/(s Pa)", 0.0, 5e-10, 2e-11, "of the cap side", 1.0,
+        "coefficient of the cap side (A)"},
+       {"coefficient_b_m3_s_pa", "m^3/(s Pa)", 0.0, 5e-10, 2e-11, "of the rod side", 1.0,
+        "coefficient of the rod side (B)"}}};
   std::array<Scalar, 2> parameters{};
 
   static std::array<Sizes<2>, 2> starts(const MachineScale& machine) {

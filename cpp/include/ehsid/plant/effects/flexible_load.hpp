@@ -21,7 +21,8 @@ struct FlexibleLoad : Effect<Scalar> {
       "the mass is not known better than to a twentieth; above 150 Hz a load is practically rigid; "
       "with a damping above 0.7 it does not swing"};
   static constexpr std::array<ParameterInfo, 3> kParameters{
-      {{"mass_share", "1", 0.0, 0.9, 0.3, "of the whole moved mass, that hangs on the rod"},
+      {{"mass_share", "1", 0.0, 0.9, 0.3, "of the whole moved mass, that hangs on the rod", 1.0, "",
+        "moved mass"},
        {"frequency_hz", "Hz", 0.5, 300.0, 30.0, "of that mass, with the rod fixed", 0.0},
        {"damping", "1", 1e-3, 2.0, 0.05, "damping ratio of the same", 0.0}}};
   std::array<Scalar, 3> parameters{};

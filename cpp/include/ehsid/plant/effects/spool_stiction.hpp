@@ -23,7 +23,8 @@ struct SpoolStiction : Effect<Scalar> {
       "the spool position; without it the position, where a slow command goes on in jumps",
       "lap and threshold of a new servo valve are within 0.4 % of full opening"};
   static constexpr std::array<ParameterInfo, 2> kParameters{
-      {{"threshold", "1", 0.0, 0.3, 0.03, "of the command that frees a spool after a long rest"},
+      {{"threshold", "1", 0.0, 0.3, 0.03, "of the command that frees a spool after a long rest",
+        1.0, "", kRatedCommand},
        {"rest_s", "s", 1e-3, 100.0, 0.05, "rest after which two thirds of it are there", 0.0}}};
   std::array<Scalar, 2> parameters{};
 

@@ -19,7 +19,7 @@ struct ValveDeadBand : Effect<Scalar> {
       "the position; both pressures and the spool position distinguish it from hysteresis",
       "lap and threshold of a new servo valve are within 0.4 % of full opening"};
   static constexpr std::array<ParameterInfo, 1> kParameters{
-      {{"overlap", "1", 0.0, 0.3, 0.03, "overlap on each side of null"}}};
+      {{"overlap", "1", 0.0, 0.3, 0.03, "overlap on each side of null", 1.0, "", kRatedCommand}}};
   std::array<Scalar, 1> parameters{};
 
   static constexpr std::array kNeeds{Need::commands_about_null};

@@ -23,8 +23,10 @@ struct ValveDeadBandSides : Effect<Scalar> {
       "the null of a new servo valve is within 0.4 % of full opening, and its bias is half the "
       "difference of the overlaps"};
   static constexpr std::array<ParameterInfo, 2> kParameters{
-      {{"overlap_a", "1", 0.0, 0.3, 0.04, "of the edges that extend the rod"},
-       {"overlap_b", "1", 0.0, 0.3, 0.02, "of the edges that retract it"}}};
+      {{"overlap_a", "1", 0.0, 0.3, 0.04, "of the edges that extend the rod", 1.0,
+        "overlap of the edges that extend the rod", kRatedCommand},
+       {"overlap_b", "1", 0.0, 0.3, 0.02, "of the edges that retract it", 1.0,
+        "overlap of the edges that retract the rod", kRatedCommand}}};
   std::array<Scalar, 2> parameters{};
 
   static constexpr std::array kNeeds{Need::commands_about_null, Need::motion_reversals};

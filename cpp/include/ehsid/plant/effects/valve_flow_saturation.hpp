@@ -22,7 +22,7 @@ struct ValveFlowSaturation : Effect<Scalar> {
       "a limit of 1.9 times full opening bends the flow at full opening by less than a "
       "tenth"};
   static constexpr std::array<ParameterInfo, 1> kParameters{
-      {{"limit", "1", 0.05, 2.0, 0.6, "largest opening", -0.5}}};
+      {{"limit", "1", 0.05, 2.0, 0.6, "largest opening", -0.5, "", kRatedCommand}}};
   std::array<Scalar, 1> parameters{};
 
   static constexpr std::array kNeeds{Need::large_commands};

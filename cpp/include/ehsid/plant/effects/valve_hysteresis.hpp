@@ -20,7 +20,7 @@ struct ValveHysteresis : Effect<Scalar> {
       "the spool position; without it the position, where the command turns often",
       "lap and threshold of a new servo valve are within 0.4 % of full opening"};
   static constexpr std::array<ParameterInfo, 1> kParameters{
-      {{"half_width", "1", 0.0, 0.2, 0.02, "half the width of the loop"}}};
+      {{"half_width", "1", 0.0, 0.2, 0.02, "half the width of the loop", 1.0, "", kRatedCommand}}};
   std::array<Scalar, 1> parameters{};
 
   static constexpr std::array kNeeds{Need::command_reversals};

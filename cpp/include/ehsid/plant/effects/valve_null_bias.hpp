@@ -20,7 +20,7 @@ struct ValveNullBias : Effect<Scalar> {
       "both pressures and the spool position",
       "lap and threshold of a new servo valve are within 0.4 % of full opening"};
   static constexpr std::array<ParameterInfo, 1> kParameters{
-      {{"offset", "1", -0.2, 0.2, 0.02, "opening at zero command"}}};
+      {{"offset", "1", -0.2, 0.2, 0.02, "opening at zero command", 1.0, "", kRatedCommand}}};
   std::array<Scalar, 1> parameters{};
 
   static constexpr const char* kNuisance = "nuisance.null_bias";
