@@ -14,7 +14,7 @@ import numpy as np
 
 from ..base.numbers import FloatArray
 from ..catalogue.channels import CHAMBER_PRESSURES, COMMAND, POSITION, SPOOL, SUPPLY_PRESSURE
-from ..diagnosis.data.gate_ranges import OTHER_UNIT, check_command, check_position, check_pressures
+from ..diagnosis.data.gate_ranges import OTHER_UNIT, beyond_rated, beyond_stroke, check_pressures
 from ..diagnosis.data.gate_signs import check_directions, check_ports
 from ..records import Record
 from ..rigs import Rig
@@ -167,9 +167,9 @@ def stroke_finding(record: Record, rig: Rig, moved: Motion) -> list[Finding]:
     position = record.column(POSITION)
     low, high = float(position.min()), float(position.max())
     shown = f"the rod moves between {1e3 * low:.4g} and {1e3 * high:.4g} mm"
-    remarks = [r for r in check_position(record, rig) if "beyond" in r.what or "runs" in r.what]
-    if remarks:
-        why = remarks[0].what
+    beyond = beyond_stroke(record, rig)
+    if beyond is not None:
+        why = beyond.what
         if low >= -NEAR_END * stroke and OTHER_UNIT not in why:
             why = (
                 f"the stroke of the rig file is too short, or the unit is wrong; if the unit is "
@@ -206,8 +206,7 @@ def command_findings(record: Record, rig: Rig, moved: Motion) -> list[Finding]:
     command = record.column(COMMAND)
     largest = float(np.abs(command).max())
     shown = f"commands reach {largest:.4g}, {100.0 * largest / rated:.3g} % of the rated {rated:g}"
-    beyond = [r for r in check_command(record, rig) if "beyond" in r.what or "unit" in r.what]
-    if beyond:
+    if beyond_rated(record, rig) is not None:
         text = f"{shown}: the full opening needs at least this command; set {key} to the data "
         text += "sheet's full command, in the unit of the column"
         return [finding(check, Status.does_not_fit, text, key, largest / rated, (None, 1.0))]

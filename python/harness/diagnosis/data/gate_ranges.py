@@ -67,29 +67,14 @@ def _nearest(scale: float, units: Mapping[str, float]) -> str | None:
 
 def check_command(record: Record, rig: Rig) -> Iterator[Remark]:
     """Checks whether the command exceeds the rated command, or is at it for a long time."""
-    rated = rig.values.get("valve.rated_command_v")
-    if rated is None:
+    beyond = beyond_rated(record, rig)
+    if beyond is not None:
+        yield beyond
         return
+    rated = rig.values.get("valve.rated_command_v", math.inf)
     size = np.abs(record.column("command_v"))
-    largest = float(size.max())
-    if largest > COMMAND_UNIT * rated:
-        yield Remark(
-            record.name,
-            f"command_v goes up to {largest:.3g}, but {rated:g} V is the full opening: the "
-            "unit is wrong, or valve.rated_command_v of the rig; with per cent, rated is 100",
-            serious=True,
-        )
-        return
-    time_above = float(np.mean(size > (1.0 + COMMAND_BEYOND) * rated))
     time_at_limit = float(np.mean(size > (1.0 - COMMAND_BEYOND) * rated))
-    if time_above > 0.0:
-        yield Remark(
-            record.name,
-            f"command_v is beyond the rated {rated:g} V for {100.0 * time_above:.2g} % of the "
-            f"time (up to {largest:.3g} V): valves do not open further, the simulated one "
-            "does; check valve.rated_command_v",
-        )
-    elif time_at_limit > LIMIT_SHARE:
+    if time_at_limit > LIMIT_SHARE:
         yield Remark(
             record.name,
             f"the command is at its limit for {100.0 * time_at_limit:.0f} % of the time: there "
@@ -97,11 +82,61 @@ def check_command(record: Record, rig: Rig) -> Iterator[Remark]:
         )
 
 
+def beyond_rated(record: Record, rig: Rig) -> Remark | None:
+    """Returns what is to be said of a command beyond the rated one; None where it is not."""
+    rated = rig.values.get("valve.rated_command_v")
+    if rated is None:
+        return None
+    size = np.abs(record.column("command_v"))
+    largest = float(size.max())
+    if largest > COMMAND_UNIT * rated:
+        return Remark(
+            record.name,
+            f"command_v goes up to {largest:.3g}, but {rated:g} V is the full opening: the "
+            "unit is wrong, or valve.rated_command_v of the rig; with per cent, rated is 100",
+            serious=True,
+        )
+    time_above = float(np.mean(size > (1.0 + COMMAND_BEYOND) * rated))
+    if time_above == 0.0:
+        return None
+    return Remark(
+        record.name,
+        f"command_v is beyond the rated {rated:g} V for {100.0 * time_above:.2g} % of the "
+        f"time (up to {largest:.3g} V): valves do not open further, the simulated one "
+        "does; check valve.rated_command_v",
+    )
+
+
 def check_position(record: Record, rig: Rig) -> Iterator[Remark]:
     """Checks that the position is in metres, within the stroke, and mostly away from its ends."""
     stroke = rig.values.get("cylinder.stroke_m")
     if stroke is None:
         return
+    beyond = beyond_stroke(record, rig)
+    if beyond is not None:
+        yield beyond
+        if beyond.serious:
+            return
+    position = record.column("position_m")
+    zone = END_ZONE * stroke
+    at_ends = float(np.mean((position < zone) | (position > stroke - zone)))
+    if at_ends > AT_END:
+        yield Remark(
+            record.name,
+            f"the rod is at an end of its stroke for {100.0 * at_ends:.2g} % of the time: "
+            "stops are not compared fairly; keep away from them",
+            serious=at_ends > AT_END_ALL,
+        )
+
+
+def beyond_stroke(record: Record, rig: Rig) -> Remark | None:
+    """Returns what is to be said of positions beyond the stroke; None where there are none.
+
+    It is serious where they are so far away that the unit or the machine is another one.
+    """
+    stroke = rig.values.get("cylinder.stroke_m")
+    if stroke is None:
+        return None
     position = record.column("position_m")
     low, high = float(position.min()), float(position.max())
     excess = max(-low, high - stroke) / stroke
@@ -115,28 +150,19 @@ def check_position(record: Record, rig: Rig) -> Iterator[Remark]:
             remedy = (
                 "cylinder.stroke_m of the rig file is too short, or the unit of the column is wrong"
             )
-        yield Remark(
+        return Remark(
             record.name,
             f"position_m runs from {low:.4g} to {high:.4g}, the stroke from 0 to {stroke:g} m; "
             f"{remedy}",
             serious=True,
         )
-        return
     if excess > BEYOND:
-        yield Remark(
+        return Remark(
             record.name,
             f"the rod is {1e3 * excess * stroke:.2g} mm beyond an end of the stroke of "
             f"{stroke:g} m: check the sensor's zero and cylinder.stroke_m",
         )
-    zone = END_ZONE * stroke
-    at_ends = float(np.mean((position < zone) | (position > stroke - zone)))
-    if at_ends > AT_END:
-        yield Remark(
-            record.name,
-            f"the rod is at an end of its stroke for {100.0 * at_ends:.2g} % of the time: "
-            "stops are not compared fairly; keep away from them",
-            serious=at_ends > AT_END_ALL,
-        )
+    return None
 
 
 def _length_unit(record: Record, rig: Rig, farthest: float) -> str | None:
