@@ -3,14 +3,18 @@
 
 from __future__ import annotations
 
+import ast
 import dataclasses
 import inspect
+import itertools
 import math
+import textwrap
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any, TypeVar
 
 import msgspec
+import msgspec.inspect
 import numpy as np
 
 T = TypeVar("T")
@@ -78,10 +82,45 @@ def read_json(path: Path, kind: type[T]) -> T | None:
 def json_schema(kind: type, title: str) -> dict[str, Any]:
     """Returns the JSON Schema of the text that `json_text` writes of a result of this class.
 
-    The schema quotes the docstrings of the classes. All numbers but whole ones may be null.
+    The schema quotes the docstrings of the classes and of their fields. All numbers but whole ones
+    may be null.
     """
     schema = _as_written(msgspec.json.schema(kind))
+    for one in _classes(msgspec.inspect.type_info(kind), set()):
+        properties = schema["$defs"][one.__name__]["properties"]
+        for name, text in _field_texts(one).items():
+            properties[name] = {"description": text, **properties[name]}
     return {"$schema": "https://json-schema.org/draft/2020-12/schema", "title": title, **schema}
+
+
+def _classes(info: Any, seen: set[type]) -> set[type]:
+    """Adds the classes of results that a type consists of to `seen`, and returns it."""
+    if isinstance(info, msgspec.inspect.DataclassType | msgspec.inspect.StructType):
+        if info.cls not in seen:
+            seen.add(info.cls)
+            for field in info.fields:
+                _classes(field.type, seen)
+        return seen
+    parts = [getattr(info, name, None) for name in ("item_type", "key_type", "value_type")]
+    for part in (*parts, *getattr(info, "types", ()), *getattr(info, "item_types", ())):
+        if part is not None:
+            _classes(part, seen)
+    return seen
+
+
+def _field_texts(kind: type) -> dict[str, str]:
+    """Returns what stands below the fields of a class in its source, by field."""
+    body = ast.parse(textwrap.dedent(inspect.getsource(kind))).body[0]
+    assert isinstance(body, ast.ClassDef)
+    return {
+        field.target.id: inspect.cleandoc(below.value.value)
+        for field, below in itertools.pairwise(body.body)
+        if isinstance(field, ast.AnnAssign)
+        and isinstance(field.target, ast.Name)
+        and isinstance(below, ast.Expr)
+        and isinstance(below.value, ast.Constant)
+        and isinstance(below.value.value, str)
+    }
 
 
 def _as_written(schema: Any) -> Any:
