@@ -15,7 +15,7 @@ from ehsid.harness.records import Record, read_record
 from ehsid.harness.show.model_file_names import ESTIMATION_FILES, IDENTIFICATION_FILES
 
 from . import model_look
-from .model_look import recursion_of
+from .model_choice import recursion_of
 from .session import Entry, Session, SessionError
 
 FOLDER = "model"

@@ -46,7 +46,7 @@ def header_task(folder: Path, *, report: Callable[[float], None]) -> None:
     from ehsid.harness.firmware import FILE_NAMES, chosen_orders, header_of_record
     from ehsid.harness.models.identification import IoData
 
-    from .model_look import recursion_of
+    from .model_choice import recursion_of
 
     session = Session(folder)
     wish, choice = session.settings.firmware, session.settings.model

@@ -36,16 +36,6 @@ STATUS = {
     "numerical_limit": "The covariance is at its numerical limit: the estimate stays as it is.",
     "invalid_argument": "The estimator refuses its settings.",
 }
-# What each fault does to the next frame; `hold` is told with its time.
-FAULTS = {
-    "drop": "Lose a frame",
-    "flip": "Damage a bit",
-    "cut": "Cut a frame short",
-    "unended": "Join two frames",
-    "repeat": "Repeat a frame",
-    "noise": "Insert noise",
-    "hold": "Delay by 1 s",
-}
 
 
 def status_words(status: int) -> str:

@@ -21,11 +21,11 @@ from .. import look
 from ..jobs import State
 from ..look import in_columns
 from ..workbench import ERRORS, Workbench
-from .numbers import FAULTS, drawn, ended_html, events_html, numbers_html, state_words, tidy
+from .numbers import drawn, ended_html, events_html, numbers_html, state_words, tidy
 from .plots import COLUMNS, LivePlots
 from .runs import LiveRuns
 from .settings import MACHINES, POLICIES, SIGNALS, LiveSettings, command, python
-from .watching import RING, RingReader, Told, read_told
+from .watching import FAULTS, RING, RingReader, Told, read_told
 
 PUBLISHED, OTHER = "published experiment", "another rig file"
 TARGETS = {"serial port or address": False, "firmware in QEMU": True}

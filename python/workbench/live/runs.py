@@ -46,9 +46,8 @@ from ehsid.hil.transport import EmulatedDevice, Line, SocketDevice, open_line
 from ..jobs import Job
 from ..session import Session
 from ..workbench import ERRORS, LIVE, Workbench
-from .numbers import FAULTS
 from .settings import LiveSettings, Wanted, read_settings
-from .watching import RING, Told, Watch, throttled, write_told
+from .watching import FAULTS, RING, Told, Watch, throttled, write_told
 
 SNAPSHOTS = "snapshots"
 

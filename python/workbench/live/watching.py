@@ -37,6 +37,17 @@ FILE = "told.json"
 RING = "samples.npy"
 MOST_EVENTS = 30
 
+# What each fault does to the next frame; `hold` is told with its time.
+FAULTS = {
+    "drop": "Lose a frame",
+    "flip": "Damage a bit",
+    "cut": "Cut a frame short",
+    "unended": "Join two frames",
+    "repeat": "Repeat a frame",
+    "noise": "Insert noise",
+    "hold": "Delay by 1 s",
+}
+
 # Columns of the ring in front of the parameters and their standard deviations.
 COLUMNS = (
     "time_s",

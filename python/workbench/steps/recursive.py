@@ -18,14 +18,11 @@ from ehsid.harness.show.model_file_names import ESTIMATION_FILES
 from ehsid.harness.show.page import Block, Heading, Items, Note
 
 from .. import look
+from ..model_choice import set_method, set_policy, slider_values, value_of
 from ..model_look import (
     EstimateLook,
     look_of,
     read_estimate_look,
-    set_method,
-    set_policy,
-    slider_values,
-    value_of,
 )
 from ..model_plots import EstimatePlots
 from ..model_tasks import estimated, io_data

@@ -11,7 +11,7 @@ from app_sessions import BENCH, entry_of, german_log, read_session
 
 from ehsid.harness.catalogue.policies import POLICIES
 from ehsid.workbench.flow import next_step, standings
-from ehsid.workbench.model_look import (
+from ehsid.workbench.model_choice import (
     adopt_found,
     recursion_of,
     set_method,

@@ -239,6 +239,8 @@ def powered_part(record: Record, rig: Rig) -> tuple[slice, list[Remark]]:
     says = rig.values["supply.pressure_pa"]
     if SUPPLY_PRESSURE in record.columns:
         top = float(np.quantile(record.column(SUPPLY_PRESSURE), 0.98))
+        if top <= 0.0:
+            return whole, []  # no level to compare with; `check_pressures` says so
         if PRESSURE_UNIT * says <= top < SUPPLY_OFF * says:
             text = (
                 f"the supply is measured at {_bar(top)} at most, where the rig says {_bar(says)}: "
