@@ -18,9 +18,10 @@ from ..diagnosis.options import DiagnosisChoices, DiagnosisOptions
 from ..diagnosis.schema import RESULT_FILES
 from ..records import read_record
 from ..records.record import told_apart
-from ..show.gap_words import VERDICTS, brief_tables, plain_name, told_reasons, told_remarks
+from ..show.gap_words import brief_tables, plain_name, told_reasons, told_remarks
 from ..show.page import Items, Told
 from ..show.units import percent
+from ..show.verdict_words import VERDICTS
 from .record import Record, Source, record_of
 from .rig import Rig, RigSource, rig_of
 from .tables import Shown
@@ -122,7 +123,7 @@ class Diagnosis(Shown):
         return pandas_frame({name: frame[name].to_numpy() for name in frame.columns})
 
     def _line(self) -> str:
-        title, _ = VERDICTS[self.result.verdict]
+        title = VERDICTS[self.result.verdict].title
         far = self.result.how_far
         if far is None:
             return f"{self.rig.name}, {title}"

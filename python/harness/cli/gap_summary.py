@@ -9,7 +9,6 @@ from pathlib import Path
 from ..diagnosis.result import Diagnosis
 from ..diagnosis.schema import Remark
 from ..show.gap_words import (
-    VERDICTS,
     brief_tables,
     effect_set,
     plain_name,
@@ -17,6 +16,7 @@ from ..show.gap_words import (
     told_remarks,
 )
 from ..show.units import percent
+from ..show.verdict_words import VERDICTS
 from .console import Console, print_blocks, print_points
 
 
@@ -27,7 +27,7 @@ def print_diagnosis(
 
     shown: remarks that the user has seen already, which are not printed again.
     """
-    title, _ = VERDICTS[diagnosis.verdict]
+    title = VERDICTS[diagnosis.verdict].title
     console.print(f"\n{title}", style="bold")
     console.print(diagnosis.sentence, style="bold")
     print_points(told_reasons(diagnosis), console)

@@ -17,10 +17,11 @@ from ..base.files import write_text
 from ..catalogue.spellings import ParameterKey
 from ..fleet.ranking import Fleet, Machine
 from . import rendering
-from .gap_words import VERDICTS, effect_set, interval, named_effect, plain_name, unit_of, value_name
+from .gap_words import effect_set, interval, named_effect, plain_name, unit_of, value_name
 from .page import Block, Cell, Link, Page, Picture, Section, Table, Tagged
 from .plotting import BLUE, GREY, ORANGE, styled
 from .units import percent
+from .verdict_words import VERDICTS
 
 FILES = ("fleet.html", "fleet.json")
 # The figure shows this many machines, those with the largest gaps; the tables show all.
@@ -31,7 +32,7 @@ REPORT = "report.html"
 
 def verdict_text(machine: Machine) -> str:
     """Returns the finding of a machine in words: the named effects, otherwise the verdict."""
-    titles: dict[str, str] = {name: words[0] for name, words in VERDICTS.items()}
+    titles: dict[str, str] = {name: words.title for name, words in VERDICTS.items()}
     title = titles.get(machine.verdict, machine.verdict).lower()
     named = effect_set(tuple(effect.id for effect in machine.effects)) if machine.effects else title
     if machine.verdict == "ambiguous" and machine.ambiguity_set:

@@ -21,10 +21,11 @@ from ..records import Origin, Record
 from ..records.writing import record_bytes
 from ..rigs import rig_text
 from .gap_plots import gap_bars, next_plots, run_blocks, value_table
-from .gap_words import SIMULATIONS, VERDICTS, named_effect, told_reasons, told_remarks
+from .gap_words import SIMULATIONS, named_effect, told_reasons, told_remarks
 from .page import Bars, Block, Code, Folded, Heading, Items, Note, Page, Section, Table, Tagged
 from .rendering import render_page
 from .units import percent, percent_interval
+from .verdict_words import VERDICTS
 from .where_section import change_of, diagnosis_facts, reading_folded, where_section
 from .which_section import (
     again_command,
@@ -61,7 +62,7 @@ def render_diagnosis(diagnosis: Diagnosis, records: Sequence[RecordLine], rig_fi
     rig_file
         path of the rig file, as the page shows it and uses it in a command.
     """
-    badge, meaning = VERDICTS[diagnosis.verdict]
+    badge, meaning = VERDICTS[diagnosis.verdict][:2]
     if diagnosis.verdict == "effects" and len(diagnosis.effects) > 1:
         badge = "Missing effects"
     serious = [_remark(remark) for remark in told_remarks(diagnosis) if remark.serious]

@@ -15,45 +15,10 @@ from ..catalogue.channels import shown_channel
 from ..catalogue.parameters import effect_name, plant_parameters
 from ..catalogue.spellings import ParameterKey
 from ..diagnosis.result import Diagnosis
-from ..diagnosis.schema import Candidate, Estimate, HowFar, Remark, Verdict
+from ..diagnosis.schema import Candidate, Estimate, HowFar, Remark
 from ..rigs.rig import table_words
 from .page import Table, Tagged
 from .units import SPACE, percent, percent_interval
-
-VERDICTS: MappingProxyType[Verdict, tuple[str, str]] = MappingProxyType(
-    {
-        "no_gap": (
-            "No gap",
-            "The simulator as configured is near the noise of the sensors, or no fit makes it "
-            "clearly better. No effect is named; what stays unexplained is said above.",
-        ),
-        "parameters": (
-            "Values of the rig",
-            "Fitted values bring the simulator closer to the machine, without an effect: numbers "
-            "in the rig file, or what no data sheet states. What stays unexplained is said above.",
-        ),
-        "effects": (
-            "Missing effect",
-            "Other values of the rig alone do not explain the gap. With the effects named here the "
-            "simulator explains it, on data that were not used for the fit.",
-        ),
-        "ambiguous": (
-            "Several explanations",
-            "More than one set of effects explains these records equally well. To name one would "
-            "be a guess; the next experiment below is designed to decide.",
-        ),
-        "outside_catalogue": (
-            "Outside the catalogue",
-            "A structural gap remains that no effect of the catalogue explains. The page below "
-            "shows where it lies, and the missing term as a curve where the records can tell it.",
-        ),
-        "insufficient_data": (
-            "These records cannot be judged",
-            "The records lack something, or the rig and the columns describe them wrongly. The "
-            "reason and what mends it stand below.",
-        ),
-    }
-)
 
 # What the decision made of a candidate.
 STANDINGS: MappingProxyType[str | None, str] = MappingProxyType(

@@ -52,7 +52,7 @@ from .page import (
 )
 from .plotting import BLUE
 from .units import SPACE, percent, percent_ends
-from .which_section import what_now
+from .verdict_words import VERDICTS, what_now
 
 # The space between a number and its unit.
 AT_UNIT = re.compile(r"(?<=\d) (?=(?:m/s|MPa|[mNsV])(?: |$))")
@@ -249,8 +249,7 @@ def diagnosis_facts(diagnosis: Diagnosis) -> Facts:
 def _where(diagnosis: Diagnosis) -> Fact:
     shares = sorted(diagnosis.where.subsystem.items(), key=lambda item: -item[1])
     if not shares:
-        words = {"no_gap": "nowhere", "parameters": "in the values of the rig"}
-        return Fact("Where", words.get(diagnosis.verdict, "not known"))
+        return Fact("Where", VERDICTS[diagnosis.verdict].where)
     named = {effect for names in diagnosis.ambiguity_set for effect in names}
     of_named = {effects()[effect].subsystem for effect in named}
     parts = [
@@ -281,12 +280,7 @@ def _which(diagnosis: Diagnosis) -> Fact:
     moved = [value_name(name) for name, value in diagnosis.calibration.items() if value.moved]
     if diagnosis.verdict == "parameters" and moved:
         return Fact("Which", ", ".join(moved), "No effect is named.")
-    words = {
-        "no_gap": "no effect is named",
-        "parameters": "values within their uncertainty, and what no data sheet states",
-        "outside_catalogue": "no effect of the catalogue",
-    }
-    return Fact("Which", words.get(diagnosis.verdict, "not known"))
+    return Fact("Which", VERDICTS[diagnosis.verdict].which)
 
 
 def _sizes(diagnosis: Diagnosis) -> str:

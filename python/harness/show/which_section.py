@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import shlex
 from collections.abc import Sequence
-from types import MappingProxyType
 
 from bokeh.models import Legend
 from bokeh.plotting import figure
@@ -17,7 +16,7 @@ from ..catalogue.channels import shown_channel
 from ..catalogue.parameters import effects
 from ..catalogue.spellings import ParameterKey
 from ..diagnosis.result import Diagnosis
-from ..diagnosis.schema import Candidate, Effect, MissingLaw, Verdict
+from ..diagnosis.schema import Candidate, Effect, MissingLaw
 from ..rigs.rig import OF_TERM, OF_VARIABLE, TERM_WORDS, VARIABLE_WORDS, table_words
 from .gap_plots import quiet_axes, share_bar
 from .gap_words import (
@@ -234,47 +233,6 @@ def _law_figure(found: MissingLaw, form: Form) -> figure:
     )
     quiet_axes(made)
     return made
-
-
-WHAT_NOW: MappingProxyType[Verdict, str] = MappingProxyType(
-    {
-        "no_gap": "Nothing has to be changed: use the simulation as it is, for motions like those "
-        "in the records. To trust it elsewhere, record the motions and loads that occur there, and "
-        "diagnose again.",
-        "parameters": "Take over the fitted values, which rig.augmented.toml has. Then confirm "
-        "them with a record that was not used here.",
-        "effects": "Add the effects that were found to the simulation: the file "
-        "rig.augmented.toml has them. Then look at the machine for their causes, and confirm this "
-        "file with a record that was not used here.",
-        "ambiguous": "Do not choose one of the explanations yet. Only another experiment can "
-        "decide between them.",
-        "outside_catalogue": "Look at the part of the machine that the report names. No effect of "
-        "the catalogue explains the gap; rig.augmented.toml has the missing term as a table "
-        "where the records could tell it.",
-        "insufficient_data": "Mend the records or their description first. The report "
-        "says what is wrong.",
-    }
-)
-
-
-def what_now(verdict: Verdict, *, experiment: bool) -> str:
-    """Returns what to do after a diagnosis.
-
-    Parameters
-    ----------
-    verdict
-        of the diagnosis.
-    experiment
-        whether the diagnosis has designed an experiment.
-    """
-    if experiment:
-        return f"{WHAT_NOW[verdict]} The experiment below was designed for it."
-    if verdict == "ambiguous":
-        return (
-            f"{WHAT_NOW[verdict]} None could be designed within the limits of the rig file: a "
-            "record with one more sensor, such as both chamber pressures, helps most."
-        )
-    return WHAT_NOW[verdict]
 
 
 def experiment_words(description: str, separates: Sequence[str], power: float | None) -> str:

@@ -27,11 +27,11 @@ from ehsid.harness.records import read_record
 from ehsid.harness.show.gap_words import first_upper
 from ehsid.harness.show.page import Bar, Table
 from ehsid.harness.show.units import percent
+from ehsid.harness.show.verdict_words import what_now
 from ehsid.harness.show.which_section import (
     again_command,
     experiment_steps,
     experiment_words,
-    what_now,
 )
 
 from .. import look

@@ -10,7 +10,6 @@ import ehsid
 from ehsid.harness.catalogue.parameters import belongs_to, effects
 from ehsid.harness.diagnosis.schema import Estimate
 from ehsid.harness.show.gap_words import (
-    VERDICTS,
     effect_set,
     interval,
     number,
@@ -124,4 +123,3 @@ def test_a_share_says_of_what_it_is_a_share() -> None:
 
 def test_every_effect_has_words() -> None:
     assert all("_" not in plain_name(effect) for effect in effects())
-    assert len(VERDICTS) == 6

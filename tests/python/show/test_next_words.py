@@ -9,11 +9,11 @@ from typing import get_args
 import pytest
 
 from ehsid.harness.diagnosis.schema import Verdict
+from ehsid.harness.show.verdict_words import VERDICTS, what_now
 from ehsid.harness.show.which_section import (
     again_command,
     experiment_steps,
     experiment_words,
-    what_now,
 )
 
 
@@ -21,6 +21,7 @@ from ehsid.harness.show.which_section import (
 def test_every_verdict_has_advice_and_names_the_experiment_only_where_there_is_one(
     verdict: Verdict,
 ) -> None:
+    assert set(VERDICTS) == set(get_args(Verdict))
     assert what_now(verdict, experiment=False).endswith(".")
     assert "experiment below" not in what_now(verdict, experiment=False)
     assert "experiment below" in what_now(verdict, experiment=True)
