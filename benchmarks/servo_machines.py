@@ -24,8 +24,9 @@ LARGEST_V, DEAD_BAND_V, NULL_V = 10.0, 0.3, 0.3
 CHANGED_GAIN, CHANGED_OMEGA_N = 1.5, 0.8
 # A nonlinear servo of which a linear one explains less has no K that could be right.
 LEAST_EXPLAINED = 0.7
-# Steps of the integration, of 1 / omega_n: their error, a half of it, is below every interval.
-PIECE = 0.002
+# Steps of the integration, of 1 / omega_n. Its omega_n is too large by PIECE^2 / 24 = 4e-6 of it,
+# far less than the narrowest interval.
+PIECE = 0.01
 
 
 @dataclass(frozen=True)
@@ -64,11 +65,28 @@ class _Servo:
 
 
 @njit(cache=True)
+def _half_step(a, dt, flow, v, omega_n, most):  # type: ignore[no-untyped-def]
+    """Returns the acceleration after dt; most > 0: flow by the root of the pressure drop."""
+    if most <= 0.0:
+        return a + dt * omega_n * omega_n * (flow - v)
+    middle = a
+    for part in (0.5, 1.0):
+        drop = 1.0 - math.copysign(1.0, flow) * middle / most
+        through = flow * math.copysign(math.sqrt(abs(drop)), drop)
+        middle = a + part * dt * omega_n * omega_n * (through - v)
+    return min(most, max(-most, middle))
+
+
+@njit(cache=True)
 def _simulated(
     command, reference, closed, kp, dt_s, changed_at, gain, omega_n, xi, dead_band, other_side,
     most, friction, load, null, late, held_from, held_to, noise, step_m,
 ):  # type: ignore[no-untyped-def]  # fmt: skip
-    """Returns command, measured and true position; the accelerations are those of load pressure."""
+    """Returns command, measured and true position; the accelerations are those of load pressure.
+
+    Half a step of the acceleration, a step of the velocity, half a step of the acceleration (G.
+    Strang, SIAM J. Numer. Anal. 5 (1968) 506), each by its midpoint: of second order.
+    """
     count = noise.size
     sent, measured, true = np.zeros(count), np.zeros(count), np.zeros(count)
     x, v, a = 0.0, 0.0, load
@@ -95,45 +113,56 @@ def _simulated(
             acting -= math.copysign(dead_band, acting)
         if acting < 0.0:
             acting *= other_side
+        flow = gain * acting
         for _ in range(pieces):
-            flow = gain * acting
-            if most > 0.0:
-                drop = 1.0 - (a if acting > 0.0 else -a) / most
-                flow *= math.copysign(math.sqrt(abs(drop)), drop)
-            a += dt * omega_n * omega_n * (flow - v)
-            if most > 0.0:
-                a = min(most, max(-most, a))
-            rest = a - load - 2.0 * xi * omega_n * v
+            a = _half_step(a, 0.5 * dt, flow, v, omega_n, most)
+            # The velocity drags itself along by the damping: v' = pull - 2 xi omega_n v
+            pull, before = a - load, v
+            share = xi * omega_n * dt
             if friction > 0.0:
                 if v == 0.0:
-                    v = (
-                        0.0
-                        if abs(rest) <= friction
-                        else dt * (rest - math.copysign(friction, rest))
-                    )
+                    pull = 0.0 if abs(pull) <= friction else pull - math.copysign(friction, pull)
                 else:
-                    after = v + dt * (rest - math.copysign(friction, v))
-                    v = 0.0 if after * v < 0.0 else after
-            else:
-                v += dt * rest
-            x += dt * v
+                    pull -= math.copysign(friction, v)
+            v = ((1.0 - share) * v + dt * pull) / (1.0 + share)
+            if friction > 0.0 and v * before < 0.0:
+                v = 0.0
+            x += 0.5 * dt * (before + v)
+            a = _half_step(a, 0.5 * dt, flow, v, omega_n, most)
     return sent, measured, true
 
 
 @njit(cache=True)
-def _displacements(command, late, gain, rate, xi, null):  # type: ignore[no-untyped-def]
-    """Returns what the linear servo moves in each sample; gain and rate are K dt and omega_n dt."""
+def _moved(command, late, null, gain, step):  # type: ignore[no-untyped-def]
+    """Returns what a linear servo moves in each sample, by the matrix of `_displacements`."""
     moved = np.zeros(command.size)
-    pieces = max(4, math.ceil(rate / PIECE))
-    dt = 1.0 / pieces
     v, a = 0.0, 0.0
     for k in range(command.size):
         demand = gain * ((command[k - late] if k >= late else 0.0) - null)
-        for _ in range(pieces):
-            a += dt * (rate * rate * (demand - v) - 2.0 * xi * rate * a)
-            v += dt * a
-            moved[k] += dt * v
+        moved[k] = step[0, 1] * v + step[0, 2] * a + step[0, 3] * demand
+        v, a = (
+            step[1, 1] * v + step[1, 2] * a + step[1, 3] * demand,
+            step[2, 1] * v + step[2, 2] * a + step[2, 3] * demand,
+        )
     return moved
+
+
+def _displacements(
+    command: FloatArray, late: int, gain: float, rate: float, xi: float, null: float
+) -> FloatArray:
+    """Returns what the linear servo moves in each sample; gain and rate are K dt and omega_n dt."""
+    # Position, velocity, acceleration and the demanded velocity, which is held, over 1 / 1024 of a
+    # sample: the series to degree 4 leaves (rate / 1024)^5 / 120. Then twice the time, ten times.
+    system = np.zeros((4, 4))
+    system[0, 1] = system[1, 2] = 1.0
+    system[2, 1:] = -rate * rate, -2.0 * xi * rate, rate * rate
+    step, term = np.eye(4), np.eye(4)
+    for degree in range(1, 5):
+        term = term @ system / (1024.0 * degree)
+        step += term
+    for _ in range(10):
+        step = step @ step
+    return np.asarray(_moved(command, late, null, gain, step))
 
 
 def _fitted(
