@@ -255,7 +255,7 @@ def test_diagnosis_and_blind_checks_draw_nothing(folder: Path) -> None:
 
 def test_reality_never_imports_the_simulator() -> None:
     folder = PYTHON / "lab" / "reality"
-    base = ("files", "numbers", "parallel")
+    base = ("error_words", "files", "numbers", "parallel")
     allowed = ("ehsid.lab.reality", *(f"ehsid.harness.base.{name}" for name in base))
     ours = {name for name in imported_below(folder) if name.startswith("ehsid")}
     assert ours

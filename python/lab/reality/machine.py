@@ -26,6 +26,7 @@ from typing import TypeVar, cast
 import numpy as np
 import numpy.typing as npt
 
+from ehsid.harness.base.error_words import install_line
 from ehsid.harness.base.numbers import FloatArray
 
 from .truth import Truth
@@ -34,7 +35,7 @@ try:
     import numba
 except ImportError as error:  # an optional dependency: see pyproject.toml, extra "lab"
     raise ImportError(
-        "the generator of blind records needs numba: python -m pip install 'ehsid[lab]'"
+        f"the generator of blind records needs numba; install it with: {install_line('lab')}"
     ) from error
 
 F = TypeVar("F", bound=Callable[..., object])

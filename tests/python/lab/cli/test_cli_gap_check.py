@@ -14,6 +14,7 @@ from diagnosis_stand_in import Asked
 from typer.testing import CliRunner
 
 import ehsid
+from ehsid.harness.base.error_words import install_line
 from ehsid.harness.base.time_to_go import in_words
 from ehsid.harness.cli import cli
 from ehsid.harness.cli.case_progress import shown
@@ -189,7 +190,7 @@ def test_without_numba_the_extra_is_named(tmp_path: Path, monkeypatch: pytest.Mo
     monkeypatch.setitem(sys.modules, "numba", None)
     outcome = run("--out", str(tmp_path / "check"), *TINY)
     assert outcome.exit_code == 2
-    assert "pip install 'ehsid[lab]'" in words(outcome.stderr)
+    assert words(install_line("lab")) in words(outcome.stderr)
     assert list(tmp_path.iterdir()) == []
 
 
