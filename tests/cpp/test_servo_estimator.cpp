@@ -178,13 +178,17 @@ TEST(ServoEstimator, ADeadBandThatHoldsTheRodTeachesNothing) {
   EXPECT_NEAR(loop.gain(), before, 0.1 * before);
 }
 
-/// A servo without a controller: the command is +-1, chosen anew every `bit` samples.
+/// A servo without a controller: the command is +-1, chosen anew every `bit` samples, or 0.
 struct OpenLoop {
   ehsid::ServoEstimator<float> estimator;
   Servo servo;
   double dt = 0.01;
   int bit = 20;
-  bool late = false;  // the command, by one sample
+  bool late = false;       // the command, by one sample
+  bool zero = false;       // the command
+  double noise = 5e-6;     // deviation of the sensor
+  double null = 0.0;       // command at which the valve is in the middle
+  double dead_band = 0.0;  // of the valve, about its middle
   std::mt19937 random{1};
   std::array<double, 2> commands{};  // newest first
   int samples = 0;
@@ -197,18 +201,22 @@ struct OpenLoop {
   }
 
   void step(bool held = false) {
-    const double noise = 5e-6 * std::normal_distribution<double>()(random);
+    const double error = noise * std::normal_distribution<double>()(random);
     commands[1] = commands[0];
-    if (samples++ % bit == 0) {
+    if (zero) {
+      commands[0] = 0.0;
+    } else if (samples++ % bit == 0) {
       commands[0] = random() % 2U == 0U ? 1.0 : -1.0;
     }
     ASSERT_FALSE(ehsid::is_error(estimator.step(static_cast<float>(commands[0]),
-                                                static_cast<float>(servo.state[0] + noise))));
+                                                static_cast<float>(servo.state[0] + error))));
     if (held) {
       servo.state[1] = servo.state[2] = 0.0;
-    } else {
-      servo.advance(commands[late ? 1 : 0], dt);
+      return;
     }
+    const double command = commands[late ? 1 : 0] - null;
+    const double shorter = std::abs(command) - dead_band;
+    servo.advance(shorter > 0.0 ? std::copysign(shorter, command) : 0.0, dt);
   }
   double gain() const { return static_cast<double>(estimator.servo().gain.value); }
 };
@@ -234,6 +242,93 @@ TEST(ServoEstimator, AServoThatIsHeldWhileACommandActsTeachesNothing) {
     kept += in_hold && behind_it && loop.estimator.resets() == 0 ? 1 : 0;
   }
   EXPECT_GE(kept, 19);  // of 20; of the other one all began anew before the rest was seen
+}
+
+// The null of the valve is at 0.25: a servo without a dead band would move at a command of 0, this one stands still.
+TEST(ServoEstimator, AValveInItsDeadBandTeachesNothing) {
+  int kept = 0;
+  for (unsigned seed = 1; seed <= 20; ++seed) {
+    OpenLoop loop;
+    loop.servo.omega_n = 60.0;
+    loop.servo.xi = 0.7;
+    loop.null = 0.25;
+    loop.dead_band = 0.3;
+    loop.configure(seed);
+    for (unsigned k = 0; k < 2000 + seed; ++k) {
+      loop.step();
+    }
+    const double before = loop.gain();
+    loop.zero = true;
+    for (int k = 0; k < 200; ++k) {
+      loop.step();
+    }
+    EXPECT_TRUE(loop.estimator.resting()) << "seed " << seed;
+    const bool in_rest = std::abs(loop.gain() - before) < 0.05 * before;
+    loop.zero = false;
+    for (int k = 0; k < 400; ++k) {
+      loop.step();
+    }
+    EXPECT_NEAR(loop.gain(), before, 0.1 * before) << "seed " << seed;
+    kept += in_rest && loop.estimator.resets() == 0 ? 1 : 0;
+  }
+  EXPECT_GE(kept, 18);
+}
+
+// In a window of twelve samples a command of 1 moves 0.2 mm, and the noise is a third of what the servo moves on the average.
+TEST(ServoEstimator, AMotionLittleBeyondTheNoiseIsNoReasonToBeginAnew) {
+  for (unsigned seed = 1; seed <= 5; ++seed) {
+    OpenLoop loop;
+    loop.dt = 0.002;
+    loop.bit = 2;
+    loop.servo.gain = 0.01;
+    loop.servo.omega_n = 550.0;
+    loop.servo.xi = 0.5;
+    loop.noise = 2e-5;
+    loop.configure(seed);
+    for (int k = 0; k < 20000; ++k) {
+      loop.step();
+    }
+    EXPECT_EQ(loop.estimator.resets(), 0) << "seed " << seed;
+    EXPECT_NEAR(loop.gain(), 0.01, 0.0005) << "seed " << seed;
+  }
+}
+
+// Until the second step the motion fades, which shows K and omega_n; only a step shows that the sensor is late.
+TEST(ServoEstimator, TheDelayIsAskedOfAStepAndNotOfAMotionThatFades) {
+  int right = 0;
+  for (unsigned seed = 1; seed <= 40; ++seed) {
+    Loop<float> loop;
+    loop.late = true;
+    loop.random.seed(seed);
+    loop.configure();
+    for (int k = 0; k < 1500; ++k) {
+      loop.held = k / 250 % 2 == 0;
+      if (!loop.held) {
+        loop.time = 0.6;  // back
+      }
+      ASSERT_FALSE(ehsid::is_error(loop.step()));
+    }
+    right += loop.estimator.delay() == 2 && loop.estimator.resets() == 0 ? 1 : 0;
+  }
+  EXPECT_GE(right, 28);  // 19 where the delay was not asked
+}
+
+// A command of 1.6 / omega_n: when the servo has come to answer it, the next one is there.
+TEST(ServoEstimator, TheSignIsThatOfSlowMotion) {
+  int wrong = 0;
+  for (unsigned seed = 1; seed <= 100; ++seed) {
+    OpenLoop loop;
+    loop.dt = 0.007;
+    loop.bit = 8;
+    loop.servo.omega_n = 0.2 / loop.dt;
+    loop.servo.xi = 0.2;
+    loop.configure(seed);
+    for (int k = 0; k < 100; ++k) {
+      loop.step();
+    }
+    wrong += loop.gain() < 0.0 ? 1 : 0;
+  }
+  EXPECT_LE(wrong, 1);  // 10 where the path was multiplied with the command
 }
 
 // With 7 samples in a period of its ringing, the path answers the command of one sample ago with the wrong sign.
@@ -273,6 +368,35 @@ TEST(ServoEstimator, OneSineShowsTheGainOnly) {
     EXPECT_FALSE(value.trusted);
     EXPECT_EQ(value.reason, TrustReason::single_sine);
   }
+}
+
+/// Where the sine ends, the starts look for omega_n and xi, and K is kept roughly. One filter lost such a servo.
+TEST(ServoEstimator, BehindASineTheServoIsFoundWithoutBeginningAnew) {
+  int right = 0;
+  for (unsigned seed = 1; seed <= 20; ++seed) {
+    Loop<float> loop;
+    loop.servo.omega_n = 90.0;
+    loop.servo.xi = 0.2;
+    loop.random.seed(seed);
+    loop.configure();
+    for (int k = 0; k < 2000; ++k) {
+      const double position = loop.measured();
+      const double command = loop.kp * (0.02 * std::sin(3.0 * loop.dt * k) - position);
+      ASSERT_FALSE(ehsid::is_error(
+          loop.estimator.step(static_cast<float>(command), static_cast<float>(position))));
+      loop.servo.advance(command, loop.dt);
+    }
+    EXPECT_EQ(loop.estimator.servo().omega_n.reason, TrustReason::single_sine);
+    for (int k = 0; k < 1000; ++k) {
+      ASSERT_FALSE(ehsid::is_error(loop.step()));
+      EXPECT_LT(std::abs(loop.gain() / loop.servo.gain - 1.0), 0.5) << "seed " << seed << ", " << k;
+    }
+    right += std::abs(static_cast<double>(loop.estimator.servo().omega_n.value) - 90.0) < 9.0;
+    EXPECT_EQ(loop.estimator.resets(), 0) << "seed " << seed;
+    expect_right(loop, 0.05);
+  }
+  EXPECT_GE(right,
+            16);  // the others have an omega_n far above the sampling rate, and do not trust it
 }
 
 /// One sine is fitted by every servo on a curve, and some of these are far off. Where the estimator sees that there is but one

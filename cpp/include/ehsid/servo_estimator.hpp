@@ -173,6 +173,7 @@ class ServoEstimator {
     visit(&ServoEstimator::thirds_);
     visit(&ServoEstimator::paths_);
     visit(&ServoEstimator::pulls_);
+    visit(&ServoEstimator::pushed_);
     visit(&ServoEstimator::together_);
     visit(&ServoEstimator::low_);
     visit(&ServoEstimator::high_);
@@ -223,6 +224,7 @@ class ServoEstimator {
   EHSID_RARE Status rest(Scalar position);
   EHSID_RARE void widen(bool hold);
   EHSID_RARE void place();
+  EHSID_RARE Status seek(Scalar position);
   EHSID_RARE void reopen(Scalar position);
   void shift(Scalar measured, Scalar position);
   void move_on(Scalar command);
@@ -251,9 +253,9 @@ class ServoEstimator {
   FreeRun<Scalar> run_{};
   SingleSine<Scalar> sine_{};
   std::array<Scalar, static_cast<std::size_t>(kMaxDelay) + 2> commands_{};  // newest first
-  std::array<Scalar, 3> last_{};                                            // positions, waiting
-  Scalar before_ = Scalar(0);          // the position of a sample ago
-  Scalar reference_ = Scalar(0);       // the state's position is relative to this
+  std::array<Scalar, 2> last_{};  // positions of two and three samples ago, waiting
+  Scalar before_ = Scalar(0);     // the position of a sample ago
+  Scalar reference_ = Scalar(0);  // of the state's position; while it waits, behind the position
   Scalar rest_position_ = Scalar(0);   // where the servo stands still
   Scalar command_square_ = Scalar(0);  // mean, without rest
   Scalar least_noise_ = Scalar(0);
@@ -262,7 +264,8 @@ class ServoEstimator {
   Scalar thirds_ = Scalar(0);    // squares of third differences
   Scalar paths_ = Scalar(0);     // sizes of the paths
   Scalar pulls_ = Scalar(0);     // sizes of the commands
-  Scalar together_ = Scalar(0);  // path times command
+  Scalar pushed_ = Scalar(0);    // commands, with a short memory
+  Scalar together_ = Scalar(0);  // those times the way, with the same memory
   Scalar low_ = Scalar(0);
   Scalar high_ = Scalar(0);
   std::int32_t averaged_ = 0;      // commands in their mean square
@@ -283,7 +286,7 @@ class ServoEstimator {
   bool known_ = false;      // omega_n and xi were seen under a command that is no sine
   bool suspected_ = false;  // a change of the plant, since the variances were widened
   bool fitted_ = false;     // the disturbance was small once
-  bool placed_ = false;     // moved along the curve of one sine
+  bool placed_ = false;     // moved along the curve of one sine, and no other command since
   Starts starts_{};         // last, so that the others are near to one address
 };
 

@@ -60,11 +60,11 @@ bool ServoEstimator<Scalar, kMaxDelay>::possible() const {
               (phase_ != Phase::tracking || leader_ == 0 || leader_ == 1) &&
               leader_ < Starts::kStarts && starts_.possible();
   for (const Scalar sum :
-       {command_square_, least_noise_, thirds_, paths_, pulls_, together_, peak_}) {
+       {command_square_, least_noise_, thirds_, paths_, pulls_, pushed_, together_, peak_}) {
     good = is_finite(sum) && good;
   }
   for (const Scalar position :
-       {before_, reference_, rest_position_, low_, high_, last_[0], last_[1], last_[2]}) {
+       {before_, reference_, rest_position_, low_, high_, last_[0], last_[1]}) {
     good = std::abs(position) <= kLargest && good;
   }
   for (const Scalar command : commands_) {

@@ -17,8 +17,8 @@ void ServoEstimator<Scalar, kMaxDelay>::begin_anew() {
   averaged_ = 0;
   peak_ = Scalar(0);
   peak_samples_ = 0;
-  thirds_ = paths_ = pulls_ = together_ = Scalar(0);
-  last_[0] = last_[1] = last_[2] = before_;
+  thirds_ = paths_ = pulls_ = pushed_ = together_ = Scalar(0);
+  last_[0] = last_[1] = before_;
   low_ = high_ = before_;
   resting_ = false;
   known_ = false;
@@ -47,35 +47,39 @@ Status ServoEstimator<Scalar, kMaxDelay>::lost() {
 /// Before the first motion: the noise of the sensor, the gain to within a factor, its sign.
 template <class Scalar, int kMaxDelay>
 void ServoEstimator<Scalar, kMaxDelay>::wait(Scalar position) {
-  const Scalar third = position - Scalar(3) * last_[0] + Scalar(3) * last_[1] - last_[2];
+  const Scalar third = position - Scalar(3) * before_ + Scalar(3) * last_[0] - last_[1];
   const Scalar path = position - before_;
-  last_[2] = last_[1];
   last_[1] = last_[0];
-  last_[0] = position;
+  last_[0] = before_;
   if (++waited_ <= 3) {
-    low_ = high_ = position;
+    low_ = high_ = reference_ = position;
     return;
   }
   thirds_ += third * third;
   paths_ += std::abs(path);
   pulls_ += std::abs(command_at(options_.delay));
-  // Of both delays that the starts have: where the servo rings, one of them alone may show the other sign.
-  together_ += path * (command_at(options_.delay) + command_at(options_.delay + 1));
+  // K has the sign of sum X U, where X and U are the way and the commands with the same short memory. Slow motion prevails in
+  // it, which follows the command; that of a servo that rings or is late may be against the command of now.
+  const std::int32_t wanted = samples_of(Scalar(0.3), 40);
+  const std::int32_t enough = wanted < 400 ? wanted : 400;
+  const Scalar forgotten = Scalar(6) / static_cast<Scalar>(enough);
+  reference_ += forgotten * (position - reference_);
+  together_ += (position - reference_) * pushed_;
+  pushed_ += command_at(options_.delay) - forgotten * pushed_;
   low_ = position < low_ ? position : low_;
   high_ = position > high_ ? position : high_;
-  const std::int32_t wanted = samples_of(Scalar(0.3), 40);
   const auto count = static_cast<Scalar>(waited_ - 3);
   const Scalar noise = thirds_ / (Scalar(20) * count);
   const bool moves =
       high_ - low_ > Scalar(10) * std::sqrt(noise) && pulls_ > Scalar(0) && paths_ > Scalar(0);
-  if (waited_ - 3 < (wanted < 400 ? wanted : 400)) {
+  if (waited_ - 3 < enough) {
     return;
   }
   if (!moves) {
     if (waited_ > 4 * wanted) {  // what was long ago says nothing of the noise of now
       waited_ = 3;
-      low_ = high_ = position;
-      thirds_ = paths_ = pulls_ = together_ = Scalar(0);
+      low_ = high_ = reference_ = position;
+      thirds_ = paths_ = pulls_ = pushed_ = together_ = Scalar(0);
     }
     return;
   }
@@ -83,7 +87,7 @@ void ServoEstimator<Scalar, kMaxDelay>::wait(Scalar position) {
   least_noise_ = Scalar(1e-6) * mean_path * mean_path;
   least_noise_ = least_noise_ > Scalar(1e-30) ? least_noise_ : Scalar(1e-30);
   sign_ = together_ < Scalar(0) ? Scalar(-1) : Scalar(1);
-  starts_.start(Scalar(0.7) * paths_ / pulls_, command_square_,
+  starts_.start(Scalar(0.7) * paths_ / pulls_, Scalar(1), command_square_,
                 noise > least_noise_ ? noise : least_noise_);
   filter_ = starts_[Starts::kRates / 2];
   delay_ = options_.delay;
@@ -121,7 +125,10 @@ Status ServoEstimator<Scalar, kMaxDelay>::start(Scalar position) {
   }
   const std::int32_t least = samples_of(Scalar(1.5), 150);
   const std::int32_t most = samples_of(Scalar(9), 150);
-  if (samples >= most || (samples >= least && starts_.leads(best))) {
+  // A motion that fades shows omega_n and K long before a step shows the delay, and a filter of the wrong delay loses its
+  // servo at that step. A start that hostile samples have spoilt is not to wait for it.
+  const bool delay_asked = samples < samples_of(Scalar(4), 150);
+  if (samples >= most || (samples >= least && starts_.leads(best, delay_asked))) {
     take_charge(best);
   }
   return Status::ok;

@@ -16,11 +16,13 @@ Status ServoEstimator<Scalar, kMaxDelay>::track(Scalar position) {
   if (resting_) {
     return rest(position);
   }
-  const bool hold = sine_.sine();
-  if (hold && !known_ && !placed_) {
+  if (sine_.sine() && !known_ && !placed_) {
     place();
   }
-  placed_ = hold && placed_;
+  if (placed_ && sine_.clearly_none()) {
+    return seek(position);
+  }
+  const bool hold = sine_.sine() || placed_;
   typename Filter::Tuning with = tuning();
   if (settling_ == 0) {
     with.adaptation = adaptation(filter_.state().samples);
@@ -45,14 +47,17 @@ Status ServoEstimator<Scalar, kMaxDelay>::track(Scalar position) {
       filter_.state().disturbance < Scalar(0.3)) {
     widen(hold);
   }
-  // A filter that needed no disturbance and now needs much has lost a servo that changed: the starts find it sooner.
   fitted_ = fitted_ || filter_.state().disturbance < kFitted;
-  if (fitted_ && filter_.state().disturbance > kLost) {
-    return again();
-  }
   shift(measured, position);
   if (rest_.begins_after_motion()) {
-    keep();
+    // A filter that needed no disturbance and now needs much has lost a servo that changed: the starts find it sooner. But a
+    // servo that stands still may be held, and will be the same.
+    if (fitted_ && filter_.state().disturbance > kLost) {
+      return again();
+    }
+    if (cooling_ == 0) {  // what was taken for a change may be a stop
+      keep();
+    }
   }
   if (rest_.resting()) {
     resting_ = true;
@@ -168,6 +173,23 @@ void ServoEstimator<Scalar, kMaxDelay>::place() {
   keep();
   keep();
   run_.restart();
+}
+
+/// The sine that did not show omega_n and xi has ended. One filter, linearised about the place that was chosen for it, may
+/// never find them: the starts look for them, and keep K.
+template <class Scalar, int kMaxDelay>
+Status ServoEstimator<Scalar, kMaxDelay>::seek(Scalar position) {
+  const Scalar deviation = std::sqrt(filter_.covariance(3, 3)) + Scalar(0.1);
+  starts_.start(filter_.state().gain, deviation, command_square_, filter_.state().noise);
+  filter_ = starts_[Starts::kRates / 2];
+  delay_ = options_.delay;
+  reference_ = position;
+  leader_ = -1;
+  phase_ = Phase::starting;
+  placed_ = false;
+  fitted_ = false;
+  suspected_ = false;
+  return start(position);
 }
 
 /// The states of motion are open again: behind a hole, or as the servo begins to move.

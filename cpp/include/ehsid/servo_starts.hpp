@@ -30,9 +30,11 @@ class ServoStarts {
     }
   }
 
-  /// All begin at rest. gain: of the position, a sample and unit of the command; noise: variance of the sensor.
-  EHSID_RARE void start(Scalar gain, Scalar mean_square_command, Scalar noise) {
-    const std::array<Scalar, 4> deviations{Scalar(1), Scalar(0.35), Scalar(0.55),
+  /// All begin at rest. gain: of the position, a sample and unit of the command, and the deviation of its logarithm; noise:
+  /// variance of the sensor.
+  EHSID_RARE void start(Scalar gain, Scalar gain_deviation, Scalar mean_square_command,
+                        Scalar noise) {
+    const std::array<Scalar, 4> deviations{gain_deviation, Scalar(0.35), Scalar(0.55),
                                            Scalar(0.2) * std::sqrt(mean_square_command)};
     for (int i = 0; i < kStarts; ++i) {
       const Scalar rate = bounded_exp(Scalar(-3.7) + Scalar(0.8) * static_cast<Scalar>(i % kRates));
@@ -95,12 +97,14 @@ class ServoStarts {
     return best;
   }
 
-  /// Whether every start with another omega_n is less likely by 10 nats.
-  bool leads(int best) const {
+  /// Whether every start with another omega_n, or another delay where this is asked, is less likely by 10 nats.
+  bool leads(int best, bool delay_asked) const {
     const auto& first = (*this)[best].state();
-    for (const Filter& one : filters_) {
-      const Scalar apart = bounded_log(one.state().rate / first.rate);
-      if (std::abs(apart) > Scalar(0.2) && one.state().likelihood > first.likelihood - Scalar(10)) {
+    for (int i = 0; i < kStarts; ++i) {
+      const auto& other = (*this)[i].state();
+      const bool apart = (delay_asked && is_late(i) != is_late(best)) ||
+                         std::abs(bounded_log(other.rate / first.rate)) > Scalar(0.2);
+      if (apart && other.likelihood > first.likelihood - Scalar(10)) {
         return false;
       }
     }
