@@ -151,79 +151,17 @@ class Rls {
   /// The same with the prediction of y from elsewhere, finite, e.g. of a model that is not linear in theta; phi is then its
   /// gradient.
   EHSID_ALWAYS_INLINE Status update(const Regressor& phi, Scalar y, Scalar predicted) {
-    const int n = size();
-    const auto count = count_of<kN>(n);
-    // (12)
-    const Scalar innovation = y - predicted;
-    Array<Scalar, kN> gain;  // K(k) = P(k) phi(k) in the end; here U' phi, then P phi
-    Scalar s = state_.factors.project(phi, gain);
-    const Evidence<Scalar> evidence{innovation, s};
-    ForgettingFactors<Scalar> lambda = state_.forgetting.peek(evidence);
-    Scalar square = normalise(innovation, lambda.before, s);
-    if (!is_squarable(square) || !is_finite(s)) {
-      // NaN or Inf at the input ends up here, too: in phi it makes s so, in y the square
-      return is_finite(y) && all_finite(n, phi) ? Status::numerical_limit : Status::invalid_input;
+    Step step;
+    Update next;
+    const Status judged = judge(phi, y, predicted, step, next.gain);
+    if (judged != Status::ok) {
+      return judged;
     }
-    const Scalar recent = state_.recent_square + kRecentRate * (square - state_.recent_square);
-    const Scalar power = y * y + predicted * predicted;
-    const bool starving = information_margin() > Scalar(0) && state_.account.starving(n);
-    bool frozen = starving && !surprising(recent, power);
-    if (uninformative(s, frozen && state_.account.out_of_patience())) {
-      const Scalar start = variance_at_start(phi);
-      if (!overdue(recent, power, start)) {
-        state_.innovation = innovation;
-        state_.recent_square = recent;
-        state_.account.lose(size(), loss());
-        lower_residual_variance(s, recent, power, start);
-        return Status::no_information;
-      }
-      frozen = false;
-    }
-    const bool changed = frozen || state_.account.waits();
-    const auto waiting =
-        frozen ? state_.account.postpone(lambda, loss()) : state_.account.make_up(lambda);
-    if (changed) {
-      square = normalise(innovation, lambda.before, s);
-    }
-
-    // (13)
-    UdFactors<Scalar, kN> factors;
-    const Scalar shrink = lambda.before * lambda.after;
-    Array<Scalar, kN> variances{};  // gcc does not see that measure() writes them all
-    const Scalar alpha = factors.measure(state_.factors, gain, lambda.before, shrink, variances);
-    bool good = limit(factors, variances) && is_squarable(square);
-    // (14), as a compensated sum: at large k the steps fall below the last digit of a float32 theta, and
-    // with a held regressor their rounding has a direction, so theta would drift without end.
-    Array<Scalar, kN> theta;
-    Array<Scalar, kN> remainder;
-    in_groups<Scalar>(count, [&](const auto group) EHSID_INLINE_LAMBDA {
-      const auto before = group.load(state_.theta.data());
-      const auto k = group.gather(gain.data()) / alpha;
-      const auto increment = k * innovation + group.load(state_.remainder.data());
-      const auto after = before + increment;
-      const auto added = after - before;
-      const auto rounded = (before - (after - added)) + (increment - added);
-      good = group.usable(after, rounded, group.gather(factors.d.data())) && good;
-      group.scatter(k, gain.data());
-      group.store(after, theta.data());
-      group.store(rounded, remainder.data());
-    });
-    if (!good) {
+    forget(step);
+    if (!measure(step, next)) {
       return Status::numerical_limit;
     }
-
-    keep_numbers<kN>(n, theta, state_.theta);
-    keep_numbers<kN>(n, remainder, state_.remainder);
-    state_.factors.keep(factors);
-    keep_numbers<kN>(n, gain, state_.gain);
-    state_.innovation = innovation;
-    state_.forgetting_factor = shrink;
-    state_.square = square;
-    state_.recent_square = recent;
-    state_.account.waiting = waiting;
-    gain_information(variances, alpha, shrink);
-    state_.forgetting.accept(evidence);
-    accumulate(square, lambda, power);
+    keep(step, next);
     return Status::ok;
   }
 
@@ -348,6 +286,112 @@ class Rls {
   static constexpr Scalar kMostSquare = Scalar(24);
   // Rounding of phi' theta: not a surprise, however small the noise.
   static constexpr Scalar kRounding = Scalar(64) * std::numeric_limits<Scalar>::epsilon();
+
+  /// A sample and what it says, before anything is computed from it.
+  struct Step {
+    Evidence<Scalar> evidence;
+    ForgettingFactors<Scalar> lambda;
+    Scalar square;  // normalised, as are the recent ones
+    Scalar recent;
+    Scalar power;  // of the signals, scale of the errors
+    bool frozen;   // nothing is forgotten
+    typename InformationAccount<Scalar, kN>::Waiting waiting;
+  };
+
+  /// What follows of a step, until it is kept.
+  struct Update {
+    Array<Scalar, kN> gain;  // U' phi of judge(), K(k) = P(k) phi(k) of measure()
+    UdFactors<Scalar, kN> factors;
+    Array<Scalar, kN> theta;
+    Array<Scalar, kN> remainder;
+    Array<Scalar, kN> variances{};  // gcc does not see that measure() writes them all
+    Scalar alpha;
+  };
+
+  /// Innovation of Eq. (12), and whether the sample is one to learn from.
+  EHSID_ALWAYS_INLINE Status judge(const Regressor& phi, Scalar y, Scalar predicted, Step& step,
+                                   Array<Scalar, kN>& gain) {
+    const int n = size();
+    const Scalar innovation = y - predicted;  // (12)
+    const Scalar s = state_.factors.project(phi, gain);
+    step.evidence = {innovation, s};
+    step.lambda = state_.forgetting.peek(step.evidence);
+    step.square = normalise(innovation, step.lambda.before, s);
+    if (!is_squarable(step.square) || !is_finite(s)) {
+      // NaN or Inf at the input ends up here, too: in phi it makes s so, in y the square
+      return is_finite(y) && all_finite(n, phi) ? Status::numerical_limit : Status::invalid_input;
+    }
+    step.recent = state_.recent_square + kRecentRate * (step.square - state_.recent_square);
+    step.power = y * y + predicted * predicted;
+    const bool starving = information_margin() > Scalar(0) && state_.account.starving(n);
+    step.frozen = starving && !surprising(step.recent, step.power);
+    if (uninformative(s, step.frozen && state_.account.out_of_patience())) {
+      const Scalar start = variance_at_start(phi);
+      if (!overdue(step.recent, step.power, start)) {
+        state_.innovation = innovation;
+        state_.recent_square = step.recent;
+        state_.account.lose(size(), loss());
+        lower_residual_variance(s, step.recent, step.power, start);
+        return Status::no_information;
+      }
+      step.frozen = false;
+    }
+    return Status::ok;
+  }
+
+  /// Postpones the forgetting while too little comes in, and makes up for it afterwards.
+  EHSID_ALWAYS_INLINE void forget(Step& step) const {
+    const bool changed = step.frozen || state_.account.waits();
+    step.waiting = step.frozen ? state_.account.postpone(step.lambda, loss())
+                               : state_.account.make_up(step.lambda);
+    if (changed) {
+      step.square =
+          normalise(step.evidence.innovation, step.lambda.before, step.evidence.regressor_variance);
+    }
+  }
+
+  /// Eqs. (13) and (14). False where a number of the result is not usable.
+  EHSID_ALWAYS_INLINE bool measure(const Step& step, Update& next) const {
+    // (13)
+    const Scalar shrink = step.lambda.before * step.lambda.after;
+    next.alpha =
+        next.factors.measure(state_.factors, next.gain, step.lambda.before, shrink, next.variances);
+    bool good = limit(next.factors, next.variances) && is_squarable(step.square);
+    // (14), as a compensated sum: at large k the steps fall below the last digit of a float32 theta, and
+    // with a held regressor their rounding has a direction, so theta would drift without end.
+    const Scalar innovation = step.evidence.innovation;
+    const Scalar alpha = next.alpha;
+    in_groups<Scalar>(count_of<kN>(size()), [&](const auto group) EHSID_INLINE_LAMBDA {
+      const auto before = group.load(state_.theta.data());
+      const auto k = group.gather(next.gain.data()) / alpha;
+      const auto increment = k * innovation + group.load(state_.remainder.data());
+      const auto after = before + increment;
+      const auto added = after - before;
+      const auto rounded = (before - (after - added)) + (increment - added);
+      good = group.usable(after, rounded, group.gather(next.factors.d.data())) && good;
+      group.scatter(k, next.gain.data());
+      group.store(after, next.theta.data());
+      group.store(rounded, next.remainder.data());
+    });
+    return good;
+  }
+
+  EHSID_ALWAYS_INLINE void keep(const Step& step, const Update& next) {
+    const int n = size();
+    const Scalar shrink = step.lambda.before * step.lambda.after;
+    keep_numbers<kN>(n, next.theta, state_.theta);
+    keep_numbers<kN>(n, next.remainder, state_.remainder);
+    state_.factors.keep(next.factors);
+    keep_numbers<kN>(n, next.gain, state_.gain);
+    state_.innovation = step.evidence.innovation;
+    state_.forgetting_factor = shrink;
+    state_.square = step.square;
+    state_.recent_square = step.recent;
+    state_.account.waiting = step.waiting;
+    gain_information(next.variances, next.alpha, shrink);
+    state_.forgetting.accept(step.evidence);
+    accumulate(step.square, step.lambda, step.power);
+  }
 
   /// Innovation a priori times residual a posteriori: variance sigma^2 whatever P still is.
   static Scalar normalise(Scalar innovation, Scalar lambda, Scalar s) {
