@@ -208,10 +208,6 @@ class Recursions {
   template <bool kOrdinary>
   EHSID_ALWAYS_INLINE bool take(const Truth& wanted, const Regressors& phi, const V& y,
                                 Count& status) {
-    const int n = size();
-    const auto at = [](int i) EHSID_INLINE_LAMBDA { return static_cast<std::size_t>(i); };
-    const V zero(0);
-    const V one(1);
     Numbers& old = numbers_[now_];
     Numbers& next = numbers_[1 - now_];
     Truth extraordinary = ~wanted;
@@ -221,111 +217,177 @@ class Recursions {
       return !kOrdinary && any(something);
     };
 
-    // (12)
-    V predicted = phi[0] * old.theta[0];
-    EHSID_UNROLL
-    for (int i = 1; i < n; ++i) {
-      predicted += phi[at(i)] * old.theta[at(i)];
-    }
-    const V innovation = y - predicted;
     Regressors gain;
-    V s = old.factors.project(phi, gain);
-    const Evidence<V> evidence{innovation, s};
-    ForgettingFactors<V> lambda = forgetting_.peek(evidence);
-    V square = normalise(innovation, lambda.before, s);
-    const V recent = old.recent_square + V(Recursion::kRecentRate) * (square - old.recent_square);
-    const V power = y * y + predicted * predicted;
-
-    Truth taken = wanted & is_squarable(square) & is_finite(s);
+    Step step = judge(old, phi, y, gain);
+    Truth taken = wanted & is_squarable(step.square) & is_finite(step.evidence.regressor_variance);
     if constexpr (!kOrdinary) {
       status = select(wanted, Count(code(Status::ok)), Count(code(Status::disabled)));
     }
     if (occurs(wanted & ~taken)) {
-      Extreme<Scalar, V::kWidth> inputs;
-      inputs.size_of(y);
-      EHSID_UNROLL
-      for (int i = 0; i < n; ++i) {
-        inputs.size_of(phi[at(i)]);
+      refuse(wanted & ~taken, phi, y, status);
+    }
+    const Truth waits = old.waited < V(1);
+    const V before = step.lambda.before * old.postponed;
+    if (occurs(taken & (starving(old) | waits | dull(step)))) {
+      forget(old, phi, before, waits, step, taken, status);
+      if (!any(taken)) {
+        return false;
       }
-      const Count refused = select(inputs.all_finite(), Count(code(Status::numerical_limit)),
-                                   Count(code(Status::invalid_input)));
-      status = select(wanted & ~taken, refused, status);
+    } else {
+      step.lambda.before = before;
     }
 
-    // What a sample without information, a starving parameter and postponed forgetting change.
-    V postponed = one;
-    V waited = one;
-    Truth frozen(false);
+    const Measured measured = measure(old, step, gain, next);
+    if (occurs(taken & measured.over)) {
+      next.factors.scale(select(measured.over, ceiling_ / measured.mean, V(1)));
+    }
+    const Truth good = correct(old, step, measured, gain, next);
+    const Truth kept = taken & good;
+    if (occurs(taken & ~good)) {
+      status = select(taken & ~good, Count(code(Status::numerical_limit)), status);
+    }
+    const bool ordinary = !any(extraordinary);
+    if (kOrdinary && !ordinary) {
+      return false;
+    }
+    keep<kOrdinary>(kept, old, step, measured, gain, next);
+    forgetting_.accept(step.evidence, kept);
+    now_ = 1 - now_;
+    return ordinary;
+  }
+
+  /// As Rls::Step.
+  struct Step {
+    Evidence<V> evidence;
+    ForgettingFactors<V> lambda;
+    V square;
+    V recent;
+    V power;
+    V postponed;
+    V waited;
+  };
+
+  /// What Eq. (13) gives beside the factors.
+  struct Measured {
+    V shrink;
+    V alpha;
+    V mean;      // weighted mean of the variances, which has a ceiling
+    Truth over;  // it is above it
+  };
+
+  static constexpr std::size_t at(int i) { return static_cast<std::size_t>(i); }
+
+  /// Eq. (12), and what the sample says; gain: U' phi.
+  EHSID_ALWAYS_INLINE Step judge(const Numbers& old, const Regressors& phi, const V& y,
+                                 Regressors& gain) const {
+    V predicted = phi[0] * old.theta[0];
+    EHSID_UNROLL
+    for (int i = 1; i < size(); ++i) {
+      predicted += phi[at(i)] * old.theta[at(i)];
+    }
+    const V innovation = y - predicted;
+    const V s = old.factors.project(phi, gain);
+    const Evidence<V> evidence{innovation, s};
+    const ForgettingFactors<V> lambda = forgetting_.peek(evidence);
+    const V square = normalise(innovation, lambda.before, s);
+    const V recent = old.recent_square + V(Recursion::kRecentRate) * (square - old.recent_square);
+    return {evidence, lambda, square, recent, y * y + predicted * predicted, V(1), V(1)};
+  }
+
+  /// Says why a sample is not taken.
+  EHSID_ALWAYS_INLINE void refuse(const Truth& refused, const Regressors& phi, const V& y,
+                                  Count& status) const {
+    Extreme<Scalar, V::kWidth> inputs;
+    inputs.size_of(y);
+    EHSID_UNROLL
+    for (int i = 0; i < size(); ++i) {
+      inputs.size_of(phi[at(i)]);
+    }
+    const Count why = select(inputs.all_finite(), Count(code(Status::numerical_limit)),
+                             Count(code(Status::invalid_input)));
+    status = select(refused, why, status);
+  }
+
+  EHSID_ALWAYS_INLINE Truth starving(const Numbers& old) const {
     V least = old.regained[0];
     EHSID_UNROLL
-    for (int i = 1; i < n; ++i) {
+    for (int i = 1; i < size(); ++i) {
       least = smaller(old.regained[at(i)], least);
     }
-    const Truth starving = (margin_ > zero) & (least < V(Account::kStarved));
-    const Truth waits = old.waited < one;
-    const Truth dull = ~(s > zero) & (given_margin_ != zero);
-    V before = lambda.before * old.postponed;
-    if (occurs(taken & (starving | waits | dull))) {
-      const V known = with_freedom(old, old.usual_square);
-      const Truth surprising = (old.weight <= V(Scalar(n + 1))) |
-                               (recent > V(Recursion::kSurprise) * known + rounding() * power);
-      frozen = starving & ~surprising;
-      const V lost = loss(old);
-      const Truth idle = frozen & ~(old.waited > V(Account::kLongest));
-      Truth skipped = taken & (dull | (idle & (s < margin_ * lost)));
-      if (any(skipped)) {
-        const V start = variance_at_start(phi);
-        const V wanted_information = margin_ * lost;
-        const Truth overdue = (start > V(Recursion::kFullSize)) &
-                              ((recent > V(Recursion::kUnpredicted) * power) |
-                               (least_variance(old) * start < wanted_information));
-        frozen = frozen & ~(skipped & overdue);
-        skipped = skipped & ~overdue;
-        old.innovation = select(skipped, innovation, old.innovation);
-        old.recent_square = select(skipped, recent, old.recent_square);
-        lose_information(skipped, old);
-        lower_residual_variance(skipped, s, recent, power, start, lost, old);
-        status = select(skipped, Count(code(Status::no_information)), status);
-        taken = taken & ~skipped;
-        if (!any(taken)) {
-          return false;
-        }
-      }
-      // Postponed where frozen, else made up.
-      const V all_postponed = old.postponed * lambda.before * lambda.after;
-      const V longer = old.waited * (one - lost);
-      postponed = select(frozen, larger(all_postponed, V(Account::kLongest)), one);
-      waited = select(frozen, larger(longer, V(Account::kLongest)), one);
-      before = select(frozen, one, before);
-      lambda.after = select(frozen, one, lambda.after);
-      square = select(frozen | waits, normalise(innovation, before, s), square);
-    }
-    lambda.before = before;
+    return (margin_ > V(0)) & (least < V(Account::kStarved));
+  }
 
-    next.factors.resize(n);
-    // (13)
-    const V shrink = lambda.before * lambda.after;
-    Regressors& variances = variances_;
-    const V alpha = next.factors.measure(old.factors, gain, lambda.before, shrink, variances);
-    V mean = variances[0] * ceiling_weight_[0];
+  EHSID_ALWAYS_INLINE Truth dull(const Step& step) const {
+    return ~(step.evidence.regressor_variance > V(0)) & (given_margin_ != V(0));
+  }
+
+  /// What a sample without information, a starving parameter and postponed forgetting change, as in Rls::judge and
+  /// Rls::forget. before: the factor with what was postponed.
+  EHSID_ALWAYS_INLINE void forget(Numbers& old, const Regressors& phi, const V& before,
+                                  const Truth& waits, Step& step, Truth& taken,
+                                  Count& status) const {
+    const V one(1);
+    const V& innovation = step.evidence.innovation;
+    const V& s = step.evidence.regressor_variance;
+    const V known = with_freedom(old, old.usual_square);
+    const Truth surprising =
+        (old.weight <= V(Scalar(size() + 1))) |
+        (step.recent > V(Recursion::kSurprise) * known + rounding() * step.power);
+    Truth frozen = starving(old) & ~surprising;
+    const V lost = loss(old);
+    const Truth idle = frozen & ~(old.waited > V(Account::kLongest));
+    Truth skipped = taken & (dull(step) | (idle & (s < margin_ * lost)));
+    if (any(skipped)) {
+      const V start = variance_at_start(phi);
+      const V wanted_information = margin_ * lost;
+      const Truth overdue = (start > V(Recursion::kFullSize)) &
+                            ((step.recent > V(Recursion::kUnpredicted) * step.power) |
+                             (least_variance(old) * start < wanted_information));
+      frozen = frozen & ~(skipped & overdue);
+      skipped = skipped & ~overdue;
+      old.innovation = select(skipped, innovation, old.innovation);
+      old.recent_square = select(skipped, step.recent, old.recent_square);
+      lose_information(skipped, old);
+      lower_residual_variance(skipped, s, step.recent, step.power, start, lost, old);
+      status = select(skipped, Count(code(Status::no_information)), status);
+      taken = taken & ~skipped;
+    }
+    // Postponed where frozen, else made up.
+    const V all_postponed = old.postponed * step.lambda.before * step.lambda.after;
+    const V longer = old.waited * (one - lost);
+    step.postponed = select(frozen, larger(all_postponed, V(Account::kLongest)), one);
+    step.waited = select(frozen, larger(longer, V(Account::kLongest)), one);
+    step.lambda.before = select(frozen, one, before);
+    step.lambda.after = select(frozen, one, step.lambda.after);
+    step.square = select(frozen | waits, normalise(innovation, step.lambda.before, s), step.square);
+  }
+
+  /// Eq. (13).
+  EHSID_ALWAYS_INLINE Measured measure(const Numbers& old, const Step& step, Regressors& gain,
+                                       Numbers& next) {
+    next.factors.resize(size());
+    const V shrink = step.lambda.before * step.lambda.after;
+    const V alpha = next.factors.measure(old.factors, gain, step.lambda.before, shrink, variances_);
+    V mean = variances_[0] * ceiling_weight_[0];
     EHSID_UNROLL
-    for (int i = 1; i < n; ++i) {
-      mean += variances[at(i)] * ceiling_weight_[at(i)];
+    for (int i = 1; i < size(); ++i) {
+      mean += variances_[at(i)] * ceiling_weight_[at(i)];
     }
-    const Truth over = mean > ceiling_;
-    if (occurs(taken & over)) {
-      next.factors.scale(select(over, ceiling_ / mean, one));
-    }
-    // (14)
+    return {shrink, alpha, mean, mean > ceiling_};
+  }
+
+  /// Eq. (14), with gain K(k) in the end. Where all numbers of the result are usable.
+  EHSID_ALWAYS_INLINE Truth correct(const Numbers& old, const Step& step, const Measured& measured,
+                                    Regressors& gain, Numbers& next) const {
     Extreme<Scalar, V::kWidth> squarable;
     Extreme<Scalar, V::kWidth> finite;
     Extreme<Scalar, V::kWidth> positive;
-    squarable.size_of(square);
-    finite.size_of(mean);
+    squarable.size_of(step.square);
+    finite.size_of(measured.mean);
     EHSID_UNROLL
-    for (int i = 0; i < n; ++i) {
-      gain[at(i)] /= alpha;
-      const V increment = gain[at(i)] * innovation + old.remainder[at(i)];
+    for (int i = 0; i < size(); ++i) {
+      gain[at(i)] /= measured.alpha;
+      const V increment = gain[at(i)] * step.evidence.innovation + old.remainder[at(i)];
       const V theta = old.theta[at(i)] + increment;
       const V added = theta - old.theta[at(i)];
       const V remainder = (old.theta[at(i)] - (theta - added)) + (increment - added);
@@ -335,27 +397,24 @@ class Recursions {
       next.theta[at(i)] = theta;
       next.remainder[at(i)] = remainder;
     }
-    const Truth good =
-        squarable.all_squarable() & finite.all_finite() & positive.all_normal_positive();
-    const Truth kept = taken & good;
-    if (occurs(taken & ~good)) {
-      status = select(taken & ~good, Count(code(Status::numerical_limit)), status);
-    }
-    const bool ordinary = !any(extraordinary);
-    if (kOrdinary && !ordinary) {
-      return false;
-    }
+    return squarable.all_squarable() & finite.all_finite() & positive.all_normal_positive();
+  }
 
-    // From here on as Rls::update after the last check.
+  /// As Rls::keep, in the lanes `kept`; the others stay as they are.
+  template <bool kOrdinary>
+  EHSID_ALWAYS_INLINE void keep(const Truth& kept, const Numbers& old, const Step& step,
+                                const Measured& measured, const Regressors& gain, Numbers& next) {
+    const int n = size();
+    const V one(1);
     const auto put = [&](V& to, const V& value, const V& from) EHSID_INLINE_LAMBDA {
       to = kOrdinary ? value : select(kept, value, from);
     };
     const V lost = loss(old);
     EHSID_UNROLL
     for (int i = 0; i < n; ++i) {
-      const V off = gain[at(i)] * gain[at(i)] * alpha;
+      const V off = gain[at(i)] * gain[at(i)] * measured.alpha;
       const V share = old.regained[at(i)];
-      const V all = share + (off / (variances[at(i)] * shrink + off) - lost * share);
+      const V all = share + (off / (variances_[at(i)] * measured.shrink + off) - lost * share);
       put(next.regained[at(i)], smaller(all, one), share);
       put(next.gain[at(i)], gain[at(i)], old.gain[at(i)]);
     }
@@ -367,30 +426,30 @@ class Recursions {
       }
       choose(~kept, old.factors, next.factors);
     }
-    put(next.innovation, innovation, old.innovation);
-    put(next.forgetting_factor, shrink, old.forgetting_factor);
-    put(next.square, square, old.square);
-    put(next.recent_square, recent, old.recent_square);
-    put(next.postponed, postponed, old.postponed);
-    put(next.waited, waited, old.waited);
+    put(next.innovation, step.evidence.innovation, old.innovation);
+    put(next.forgetting_factor, measured.shrink, old.forgetting_factor);
+    put(next.square, step.square, old.square);
+    put(next.recent_square, step.recent, old.recent_square);
+    put(next.postponed, step.postponed, old.postponed);
+    put(next.waited, step.waited, old.waited);
+    const ForgettingFactors<V>& lambda = step.lambda;
     const V samples = lambda.before * old.weight + one;
     const V share = one / samples;
     const V outlier = V(Recursion::kMostSquare) * share;
     const V most =
-        (old.usual_square + rounding() * power) * larger(outlier, V(Recursion::kMostRise));
+        (old.usual_square + rounding() * step.power) * larger(outlier, V(Recursion::kMostRise));
     const V unlimited(std::numeric_limits<Scalar>::infinity());
     const V limit = select(old.weight > V(Scalar(n + 1)), most, unlimited);
-    put(next.mean_square, old.mean_square + (square - old.mean_square) * share, old.mean_square);
-    put(next.usual_square, old.usual_square + smaller((square - old.usual_square) * share, limit),
+    put(next.mean_square, old.mean_square + (step.square - old.mean_square) * share,
+        old.mean_square);
+    put(next.usual_square,
+        old.usual_square + smaller((step.square - old.usual_square) * share, limit),
         old.usual_square);
     const V weight = smaller(lambda.after * samples, V(Recursion::kWeightLimit));
     const V squares = lambda.before * lambda.before * old.weight_square + one;
     put(next.weight, weight, old.weight);
     put(next.weight_square, smaller(lambda.after * lambda.after * squares, weight),
         old.weight_square);
-    forgetting_.accept(evidence, kept);
-    now_ = 1 - now_;
-    return ordinary;
   }
 
   static constexpr Whole<Scalar> code(Status status) { return static_cast<Whole<Scalar>>(status); }
