@@ -280,9 +280,10 @@ class Recursions {
   /// Eq. (12), and what the sample says; gain: U' phi.
   EHSID_ALWAYS_INLINE Step judge(const Numbers& old, const Regressors& phi, const V& y,
                                  Regressors& gain) const {
+    const int n = size();
     V predicted = phi[0] * old.theta[0];
     EHSID_UNROLL
-    for (int i = 1; i < size(); ++i) {
+    for (int i = 1; i < n; ++i) {
       predicted += phi[at(i)] * old.theta[at(i)];
     }
     const V innovation = y - predicted;
@@ -297,10 +298,11 @@ class Recursions {
   /// Says why a sample is not taken.
   EHSID_ALWAYS_INLINE void refuse(const Truth& refused, const Regressors& phi, const V& y,
                                   Count& status) const {
+    const int n = size();
     Extreme<Scalar, V::kWidth> inputs;
     inputs.size_of(y);
     EHSID_UNROLL
-    for (int i = 0; i < size(); ++i) {
+    for (int i = 0; i < n; ++i) {
       inputs.size_of(phi[at(i)]);
     }
     const Count why = select(inputs.all_finite(), Count(code(Status::numerical_limit)),
@@ -309,9 +311,10 @@ class Recursions {
   }
 
   EHSID_ALWAYS_INLINE Truth starving(const Numbers& old) const {
+    const int n = size();
     V least = old.regained[0];
     EHSID_UNROLL
-    for (int i = 1; i < size(); ++i) {
+    for (int i = 1; i < n; ++i) {
       least = smaller(old.regained[at(i)], least);
     }
     return (margin_ > V(0)) & (least < V(Account::kStarved));
@@ -365,12 +368,13 @@ class Recursions {
   /// Eq. (13).
   EHSID_ALWAYS_INLINE Measured measure(const Numbers& old, const Step& step, Regressors& gain,
                                        Numbers& next) {
+    const int n = size();
     next.factors.resize(size());
     const V shrink = step.lambda.before * step.lambda.after;
     const V alpha = next.factors.measure(old.factors, gain, step.lambda.before, shrink, variances_);
     V mean = variances_[0] * ceiling_weight_[0];
     EHSID_UNROLL
-    for (int i = 1; i < size(); ++i) {
+    for (int i = 1; i < n; ++i) {
       mean += variances_[at(i)] * ceiling_weight_[at(i)];
     }
     return {shrink, alpha, mean, mean > ceiling_};
@@ -379,13 +383,14 @@ class Recursions {
   /// Eq. (14), with gain K(k) in the end. Where all numbers of the result are usable.
   EHSID_ALWAYS_INLINE Truth correct(const Numbers& old, const Step& step, const Measured& measured,
                                     Regressors& gain, Numbers& next) const {
+    const int n = size();
     Extreme<Scalar, V::kWidth> squarable;
     Extreme<Scalar, V::kWidth> finite;
     Extreme<Scalar, V::kWidth> positive;
     squarable.size_of(step.square);
     finite.size_of(measured.mean);
     EHSID_UNROLL
-    for (int i = 0; i < size(); ++i) {
+    for (int i = 0; i < n; ++i) {
       gain[at(i)] /= measured.alpha;
       const V increment = gain[at(i)] * step.evidence.innovation + old.remainder[at(i)];
       const V theta = old.theta[at(i)] + increment;
