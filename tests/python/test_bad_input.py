@@ -81,6 +81,7 @@ def given(case: Case, folder: Path) -> Outcome:
     return outcome
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("case", EVERY)
 def test_bad_input(case: Case, tmp_path: Path) -> None:
     row = MAKE["row"](case, given(case, tmp_path))
@@ -108,6 +109,7 @@ def of_a_column(record: BadRecord) -> bool:
     return any("no column" in part or "rename '" in part for part in record.says)
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("verb", [verb for verb in records.LINES if verb != "identify"])
 def test_a_bad_record_gets_its_message_from_every_command(verb: str, tmp_path: Path) -> None:
     bad = [record for record in records.BAD if not of_a_column(record)]
@@ -123,6 +125,7 @@ def test_a_bad_record_gets_its_message_from_every_command(verb: str, tmp_path: P
 OF_THE_POSITION = ("columns of unequal lengths", "a matrix for a column", "a number for a column")
 
 
+@pytest.mark.slow
 def test_bad_records_of_a_fleet_are_named_with_their_machines(tmp_path: Path) -> None:
     bad = [
         record
@@ -143,6 +146,7 @@ def test_bad_records_of_a_fleet_are_named_with_their_machines(tmp_path: Path) ->
         assert not [part for part in record.says if part not in line], line
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("verb", [verb for verb in rigs.LINES if verb != "simulate"])
 def test_a_bad_rig_gets_its_message_from_every_command(verb: str, tmp_path: Path) -> None:
     for i, rig in enumerate(rigs.BAD):
@@ -159,6 +163,7 @@ IN_A_PROCESS = (
 )
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("case", IN_A_PROCESS, ids=lambda case: case.wrong)
 def test_a_process_of_its_own_ends_as_it_does_here(case: Case, tmp_path: Path) -> None:
     here, there = tmp_path / "here", tmp_path / "there"

@@ -246,6 +246,7 @@ def test_computing_rooms_draw_nothing(room: str) -> None:
     assert not [name for name in names if name.startswith(DRAWING)]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "folder", [HARNESS / "diagnosis", *(PYTHON / "lab" / name for name in ("blind", "reality"))]
 )

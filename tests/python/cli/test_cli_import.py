@@ -23,17 +23,29 @@ TRUTH_COLUMNS = (TIME_S, TRUTH["command_v"], TRUTH["position_m"])
 BENCH = str(ROOT / "examples" / "rigs" / "bench.toml")
 
 
+# Kinds of `script/test`: the others differ in what reads them, which test_log_kinds.py has.
+EVERY_DAY = {"text", "hdf5"}
+
+
 def run(*arguments: object) -> Result:
     return CliRunner().invoke(cli, [str(one) for one in arguments])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("command", ["import", "identify", "estimate", "gap", "simulate"])
 def test_help_shows_how_a_unit_is_named(command: str) -> None:
     """Square brackets would be markup of the terminal."""
     assert "[mm]" in run(command, "--help").output
 
 
-@pytest.mark.parametrize("kind", WRITERS)
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    "kind",
+    [
+        pytest.param(kind, marks=() if kind in EVERY_DAY else pytest.mark.thorough)
+        for kind in WRITERS
+    ],
+)
 def test_from_each_kind_of_log_to_a_report(tmp_path: Path, kind: str) -> None:
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # of the writers
@@ -140,6 +152,7 @@ def test_import_keeps_a_log_as_a_record(tmp_path: Path) -> None:
     assert tomllib.loads(block)["columns"]["position_m"] == {"name": "Stroke", "unit": "mm"}
 
 
+@pytest.mark.slow
 def test_the_printed_block_in_a_rig_reads_the_log(tmp_path: Path) -> None:
     log = write_german_text(tmp_path)
     outcome = run("import", log)
@@ -177,6 +190,7 @@ def test_map_and_dt_say_otherwise(tmp_path: Path) -> None:
     assert np.ptp(record.column("position_m")) == pytest.approx(1.0, rel=1e-3)  # 100 mm as cm
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("options", "words"),
     [

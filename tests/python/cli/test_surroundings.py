@@ -38,6 +38,7 @@ def run(
     )
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("size", ["0", "1", "-5", "xx", "99999999", "9" * 5000])
 def test_a_size_of_the_terminal_that_is_none_is_ignored(size: str, tmp_path: Path) -> None:
     usual = run(tmp_path, "--help", {"COLUMNS": "80"})
@@ -45,6 +46,7 @@ def test_a_size_of_the_terminal_that_is_none_is_ignored(size: str, tmp_path: Pat
     assert (outcome.returncode, outcome.stdout) == (0, usual.stdout)
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("optimised", ["1", "2"])
 def test_the_help_is_whole_without_docstrings(optimised: str, tmp_path: Path) -> None:
     said = run(tmp_path, "identify --help", {"PYTHONOPTIMIZE": optimised}).stdout
@@ -52,6 +54,7 @@ def test_the_help_is_whole_without_docstrings(optimised: str, tmp_path: Path) ->
     assert said == run(tmp_path, "identify --help").stdout
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("arguments", "code", "says"),
     [
@@ -80,6 +83,7 @@ def test_streams_that_are_closed_or_full(
     assert (tmp_path / "s.csv").exists() == arguments.startswith("simulate")
 
 
+@pytest.mark.thorough
 def test_a_result_is_whole_although_stdout_is_full(tmp_path: Path) -> None:
     outcome = run(tmp_path, f"{SIMULATE} >/dev/full")
     whole = tmp_path / "whole"
@@ -88,6 +92,7 @@ def test_a_result_is_whole_although_stdout_is_full(tmp_path: Path) -> None:
     assert (tmp_path / "s.csv").read_bytes() == (whole / "s.csv").read_bytes()
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(
     ("place", "style"),
     [

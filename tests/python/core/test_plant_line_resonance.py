@@ -17,6 +17,7 @@ DROOP = {
 SUPPLY = ("supply_pressure_pa",)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("droop", [False, True])
 def test_the_pressure_at_the_valve_is_of_second_order(droop: bool) -> None:
     values = ALONE | DROOP if droop else ALONE

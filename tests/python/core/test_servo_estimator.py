@@ -35,6 +35,7 @@ def record(dt_s: float, seed: int, noise_m: float = 5e-6) -> tuple[FloatArray, F
     return command, position
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("dt_s", [0.01, 0.02])
 def test_the_gain_is_right_and_trusted_before_and_after_a_change(dt_s: float) -> None:
     run = ehsid.ServoEstimator(dt_s).run(*record(dt_s, seed=3))
@@ -99,6 +100,7 @@ def test_signals_of_unequal_length_are_refused() -> None:
     assert estimator.servo().gain.reason == ehsid.TrustReason.starting
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("dtype", ["float32", "float64"])
 @pytest.mark.parametrize("delay", [1, 3])
 @pytest.mark.parametrize("end", [10, 150, 1500, 3100])
@@ -132,6 +134,7 @@ def test_a_state_of_another_estimator_is_refused() -> None:
         ehsid.ServoEstimator(0.01).restore(saved[:-1] + bytes([saved[-1] ^ 1]))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("dtype", "sign"), [("float32", 1.0), ("float64", -1.0)])
 def test_the_discrete_model_is_that_of_the_servo_with_its_covariance(
     dtype: str, sign: float
@@ -173,6 +176,7 @@ def test_the_discrete_model_is_that_of_the_servo_with_its_covariance(
     assert np.abs(logarithms[0, 1]) < deviations[0] * deviations[1]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("dtype", ["float32", "float64"])
 @pytest.mark.parametrize("dt_s", [0.005, 0.02, 0.05])
 def test_the_discrete_model_is_read_as_the_servo_that_it_was_made_of(

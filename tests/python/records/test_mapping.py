@@ -93,6 +93,7 @@ def test_a_record_of_the_schema_is_mended_by_the_option(tmp_path: Path) -> None:
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("names", [GERMAN, LETTERS])
 def test_exchanged_pressures_are_read_the_other_way_round(tmp_path: Path, names: str) -> None:
     path = written(tmp_path / "log.csv", names)

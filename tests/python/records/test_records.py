@@ -55,6 +55,7 @@ def test_a_record_survives_each_format(tmp_path: Path, ending: str) -> None:
         np.testing.assert_array_equal(read.column(name), values)
 
 
+@pytest.mark.slow
 @settings(max_examples=60)
 @given(
     values=arrays(

@@ -35,6 +35,7 @@ def record_of(command: np.ndarray, position: np.ndarray, dt_s: float = DT_S) -> 
     return make_record({"time_s": time, "command_v": command, "position_m": position})
 
 
+@pytest.mark.slow
 @given(
     period=st.integers(200, 2500),
     before=st.integers(0, 1500),
@@ -145,6 +146,7 @@ def test_motion_at_coarse_sampling_is_not_taken_for_noise(dt_s: float, is_motion
     assert (floor.low < 0.1 * floor.value) == is_motion
 
 
+@pytest.mark.slow
 @given(step=st.floats(1e-7, 1e-2), seed=st.integers(0, 100), is_wide=st.booleans())
 def test_the_step_of_a_sensor_does_not_depend_on_the_range(
     step: float, seed: int, is_wide: bool

@@ -118,6 +118,7 @@ def test_a_steady_drift_is_in_the_first_coefficient_of_differences_only(
         np.testing.assert_allclose(after[rows], before[rows], rtol=0.0, atol=1e-6)
 
 
+@pytest.mark.slow
 @given(shapes=SHAPES)
 def test_a_band_is_an_octave(shapes: list[tuple[int, int]]) -> None:
     """Errors that are one coefficient have their power in its band, in no other."""
@@ -168,6 +169,7 @@ def test_white_noise_has_the_variance_of_its_gain_in_each_band(differences: bool
     np.testing.assert_array_less(np.abs(powers / (deviation**2 * gain) - 1.0), scatter)
 
 
+@pytest.mark.slow
 @given(length=st.integers(3, 300))
 def test_the_gain_of_white_noise_is_the_exact_covariance(length: int) -> None:
     spectrum = spectrum_of((2, length))

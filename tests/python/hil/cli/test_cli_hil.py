@@ -50,6 +50,7 @@ def ended(*arguments: str) -> tuple[int, str, str]:
     return result.exit_code, result.stdout, result.stderr
 
 
+@pytest.mark.slow
 def test_a_run_and_its_files(relay: Relay, tmp_path: Path) -> None:
     out = tmp_path / "hil"
     code, said, errors = ended("--port", relay.port, *SHORT, "--json", "--out", str(out))
@@ -69,6 +70,7 @@ def test_a_run_and_its_files(relay: Relay, tmp_path: Path) -> None:
     assert "100 of 100" in errors
 
 
+@pytest.mark.slow
 def test_a_run_of_a_servo_and_its_files(relay: Relay, tmp_path: Path) -> None:
     out = tmp_path / "hil"
     arguments = ("--port", relay.port, *SHORT, "--servo", "--setting", "drift=0.05")
@@ -133,6 +135,7 @@ def test_the_experiment_has_a_folder_for_each_factor(relay: Relay, tmp_path: Pat
     assert read_record(records[0]).dt_s == pytest.approx(DT_S)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("arguments", "says"),
     [
@@ -229,6 +232,7 @@ class Watched:
         return undisturbed(way, number, frame)
 
 
+@pytest.mark.slow
 def test_a_host_that_is_killed(relay: Relay, tmp_path: Path) -> None:
     """The target closes the valve, the record ends with a whole line, the next host can run."""
     assert ended("--port", relay.port, *SHORT, "--out", str(tmp_path))[0] == 0
@@ -255,6 +259,7 @@ def test_a_host_that_is_killed(relay: Relay, tmp_path: Path) -> None:
     assert not (tmp_path / "unfinished_2").exists()
 
 
+@pytest.mark.slow
 def test_ctrl_c(relay: Relay, tmp_path: Path) -> None:
     watched = Watched()
     relay.disturb(watched)
@@ -269,6 +274,7 @@ def test_ctrl_c(relay: Relay, tmp_path: Path) -> None:
     assert watched.stopped.is_set()  # the valve is closed at once, not by the watchdog
 
 
+@pytest.mark.slow
 def test_a_line_that_is_closed_in_mid_run(relay: Relay, tmp_path: Path) -> None:
     hung_up: list[int] = []
 

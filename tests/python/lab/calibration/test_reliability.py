@@ -28,6 +28,7 @@ def claims(power: float, seed: int) -> Claims:
     return Claims(p, rng.random(COUNT) < odds / (1.0 + odds), np.arange(COUNT))
 
 
+@pytest.mark.slow
 def test_probabilities_that_are_meant_are_within_their_band() -> None:
     found = [reliability("", claims(1.0, seed)) for seed in range(10)]
     # The band holds 95 of 100: of ten, four outside of it has a chance of 1e-3.
@@ -56,6 +57,7 @@ def test_groups_have_equal_numbers_and_rising_probabilities() -> None:
     assert np.all(np.diff([group.probability for group in bins]) > 0.0)
 
 
+@pytest.mark.slow
 def test_the_interval_knows_that_claims_of_a_machine_go_together() -> None:
     single = claims(0.5, 2)
     grouped = Claims(single.chances, single.true, np.arange(COUNT) // 20)

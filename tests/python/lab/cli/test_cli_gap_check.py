@@ -39,7 +39,7 @@ def words(text: str) -> str:
     return " ".join(text.split())
 
 
-@pytest.mark.slow
+@pytest.mark.thorough
 def test_a_check_is_made_sealed_run_and_scored(tmp_path: Path) -> None:
     out = tmp_path / "check"
     outcome = run("--out", str(out), *TINY)

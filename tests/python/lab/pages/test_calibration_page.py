@@ -29,6 +29,7 @@ def found() -> Calibration:
     return calibrate(Found(tuple(machines), {"insufficient_data": 4}))
 
 
+@pytest.mark.thorough
 def test_constants_far_from_the_fitted_ones_are_marked_and_said(found: Calibration) -> None:
     near, far = (
         replace(found.constants[0], deviation=1.9),

@@ -38,6 +38,7 @@ def moving(t: Truth, share: float, speed: float) -> FloatArray:
     return state
 
 
+@pytest.mark.thorough
 def test_they_are_never_drawn() -> None:
     assert not set(LATER) & {*CATALOGUE, *OUTSIDE, *UNNAMED}
     drawn = {
@@ -48,6 +49,7 @@ def test_they_are_never_drawn() -> None:
     assert drawn <= set(CATALOGUE)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("speed", [-0.2, 0.2])
 @pytest.mark.parametrize("share", [0.1, 0.5, 0.9])
 def test_friction_has_its_size_by_direction_and_place(share: float, speed: float) -> None:

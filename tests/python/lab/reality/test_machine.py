@@ -154,6 +154,7 @@ def test_run_agrees_with_scipy_for_each_effect(effect: str, grade: str) -> None:
     assert_agrees_with_scipy(t)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("effect", "variants"),
     [

@@ -28,6 +28,7 @@ def with_wrong_model(noise: float, **more: Any) -> tuple[float, float, float]:
     return medians(ehsid.FRatio(), noise, tolerance=0.1, model_b=0.5, judged=B, **more)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("noise", NOISES)
 def test_a_start_from_the_model_settles_sooner(noise: float) -> None:
     seeded, vague, sooner = medians(ehsid.FRatio(), noise)
@@ -37,6 +38,7 @@ def test_a_start_from_the_model_settles_sooner(noise: float) -> None:
     assert sooner > 0.9
 
 
+@pytest.mark.slow
 def test_a_wrong_model_in_little_noise_is_dropped_at_once() -> None:
     seeded, vague, _ = with_wrong_model(0.01)
     # The first sample shows nothing yet, the reset fires at the fifth large error, and up to two
@@ -44,6 +46,7 @@ def test_a_wrong_model_in_little_noise_is_dropped_at_once() -> None:
     assert seeded <= vague + 8
 
 
+@pytest.mark.slow
 def test_a_wrong_model_in_much_noise_is_outvoted() -> None:
     # Its errors are 2.4 times the noise, too little for the reset.
     seeded, vague, _ = with_wrong_model(0.151)
@@ -56,12 +59,14 @@ def test_a_wrong_model_in_much_noise_is_outvoted() -> None:
     assert starts.seeded[:, -1].max() < 0.1  # measured 0.055
 
 
+@pytest.mark.slow
 def test_more_inflation_forgives_a_wrong_model_sooner() -> None:
     samples = [with_wrong_model(0.151, inflation=f)[0] for f in (1, 10, 100)]
     assert samples == sorted(samples, reverse=True)
     assert samples[0] > 4 * samples[2]  # measured 2000 (not at all), 464, 74
 
 
+@pytest.mark.slow
 def test_forgetting_that_starts_low_gives_the_start_away() -> None:
     # Eq. (15) from 0.95 keeps a product of exp(-5) of it: the medians differ by chance only, of 40
     # runs whose settling times scatter by a half, so by 0.1 of themselves.
@@ -70,6 +75,7 @@ def test_forgetting_that_starts_low_gives_the_start_away() -> None:
     assert sooner < 0.5
 
 
+@pytest.mark.slow
 def test_after_a_change_of_the_plant_both_return_alike() -> None:
     starts = compare_starts(ehsid.FRatio(), SEEDS, noise=0.01, change=(1000, 1.5))
     seeded, vague = starts.settled(start=1000)
