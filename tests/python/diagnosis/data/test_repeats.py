@@ -83,6 +83,20 @@ def test_repeats_show_coloured_noise_in_motion() -> None:
     assert floor.low < sigma < floor.high
 
 
+def test_a_change_that_is_even_from_repeat_to_repeat_is_no_noise() -> None:
+    """The motion grows by a twentieth each time, which is 3000 times the noise."""
+    rng = np.random.default_rng(3)
+    period = multisine(2000, DT_S, band_hz=(1.0, 20.0), peak=2.0, rng=rng)
+    motion = np.cumsum(period - period.mean())
+    growing = np.concatenate([(1.0 + 0.05 * k) * motion for k in range(4)])
+    sigma = 0.05 / 3000.0 * float(np.std(motion))
+    noisy = growing + sigma * rng.standard_normal(growing.size)
+    errors = np.concatenate(repeat_errors(record_of(np.tile(period, 4), noisy), "position_m"))
+    # 3500 errors, which the second difference leaves correlated over whole periods only: their
+    # deviation has a standard error of 1.2 % if independent, and twice that if they are pairs.
+    assert np.std(errors) == pytest.approx(sigma, rel=0.1)
+
+
 @pytest.mark.parametrize("count", [2, 4])
 def test_repeats_elsewhere_in_the_stroke_are_not_compared(count: int) -> None:
     period = multisine(2000, DT_S, band_hz=(1.0, 20.0), peak=2.0, rng=np.random.default_rng(1))

@@ -15,6 +15,7 @@ from made_candidates import CASE, MadeCase, candidate
 
 from ehsid.harness.diagnosis.deciding import EFFECT, EVIDENCE, FORCE_DEVIATIONS, LAPSE, SMALL
 from ehsid.harness.diagnosis.decision.posterior import (
+    IN_USE,
     Posterior,
     outside_score,
     posterior,
@@ -114,6 +115,16 @@ def test_outside_grows_with_what_is_left(
         for left in (best, best + more)
     )
     assert greater > less
+
+
+def test_outside_is_as_probable_as_stated_alone_and_beside_effects() -> None:
+    """Effects that explain something are the best set where it leaves less than the rig alone."""
+    stated = replace(IN_USE, outside=1.0, outside_beside=3.0, outside_explained=0.0)
+    alone, beside = (
+        float(outside_score(0.0, 1.0, none, pressures=True, constants=stated))
+        for none in (1.0, 2.0)
+    )
+    assert beside - alone == pytest.approx(2.0)
 
 
 @given(rms=st.floats(1e-7, 1e-4), factor=st.floats(1.1, 10.0))
