@@ -4,8 +4,8 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import replace
-from functools import cache
 from types import SimpleNamespace
 from typing import Any, cast, get_args
 
@@ -23,9 +23,10 @@ from ehsid.harness.diagnosis.schema import SUBSYSTEMS
 from ehsid.harness.records import make_record
 from ehsid.harness.rigs import Rig
 
+MadeOnce = Callable[[str, Callable[[], Any]], Any]
 
-@cache
-def with_friction_and_stages() -> tuple[Diagnosis, list[Interim]]:
+
+def diagnosed_with_friction() -> tuple[Diagnosis, list[Interim]]:
     """The diagnosis of a rig with other values and Coulomb friction of 412 N: made_diagnoses."""
     progress_shares: list[float] = []
     stages: list[Interim] = []
@@ -41,13 +42,22 @@ def with_friction_and_stages() -> tuple[Diagnosis, list[Interim]]:
     return diagnosis, stages
 
 
-def with_friction() -> Diagnosis:
-    return with_friction_and_stages()[0]
+@pytest.fixture(scope="module")
+def with_friction_and_stages(made_once: MadeOnce) -> tuple[Diagnosis, list[Interim]]:
+    made: tuple[Diagnosis, list[Interim]] = made_once("friction", diagnosed_with_friction)
+    return made
+
+
+@pytest.fixture(scope="module")
+def with_friction(with_friction_and_stages: tuple[Diagnosis, list[Interim]]) -> Diagnosis:
+    return with_friction_and_stages[0]
 
 
 @pytest.mark.slow
-def test_each_stage_tells_what_is_known() -> None:
-    diagnosis, stages = with_friction_and_stages()
+def test_each_stage_tells_what_is_known(
+    with_friction_and_stages: tuple[Diagnosis, list[Interim]],
+) -> None:
+    diagnosis, stages = with_friction_and_stages
     names = list(dict.fromkeys(one.stage for one in stages))
     assert names == [one for one in get_args(Stage) if one in names]
     assert {"values", "alone", "at length", "deciding", "where"} <= set(names)
@@ -67,8 +77,8 @@ def test_each_stage_tells_what_is_known() -> None:
 
 
 @pytest.mark.slow
-def test_friction_is_identified_with_its_size() -> None:
-    diagnosis = with_friction()
+def test_friction_is_identified_with_its_size(with_friction: Diagnosis) -> None:
+    diagnosis = with_friction
     assert diagnosis.verdict == "effects"
     assert [effect.id for effect in diagnosis.effects] == ["coulomb_friction"]
     force = diagnosis.effects[0].parameters["force_n"]
@@ -80,8 +90,8 @@ def test_friction_is_identified_with_its_size() -> None:
 
 
 @pytest.mark.slow
-def test_results_of_a_diagnosis_agree() -> None:
-    diagnosis = with_friction()
+def test_results_of_a_diagnosis_agree(with_friction: Diagnosis) -> None:
+    diagnosis = with_friction
     reduction = diagnosis.how_far
     assert reduction is not None
     assert reduction.augmented < reduction.calibrated < reduction.nominal
@@ -118,14 +128,14 @@ def test_results_of_a_diagnosis_agree() -> None:
 
 
 @pytest.mark.thorough
-def test_workers_change_nothing() -> None:
+def test_workers_change_nothing(with_friction: Diagnosis) -> None:
     with workers(1):
         again = diagnose(
             [measured_record("fit", 1, seconds=6.0, dt_s=1e-3)],
             bench(),
             validate=[measured_record("judge", 2, seconds=6.0, dt_s=1e-3)],
         )
-    first = with_friction()
+    first = with_friction
     assert again.effects == first.effects
     assert again.candidates == first.candidates
     assert again.calibration == first.calibration
