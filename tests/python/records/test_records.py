@@ -25,6 +25,7 @@ from ehsid.harness.records import (
     write_record,
 )
 from ehsid.harness.records.checks import LARGEST
+from ehsid.harness.records.timebase import BRIDGED_STEPS, Gap, is_short
 
 CRANE = ROOT / "examples" / "data" / "hydraulic_crane.csv"
 ENDINGS = ("csv", "csv.gz", "parquet", "mat", "npz")
@@ -195,3 +196,10 @@ def test_schema_names_carry_their_units() -> None:
     for column in CHANNELS.values():
         assert column.name.endswith(suffixes.get(column.unit, "")), column
     assert {"time_s", "command_v", "position_m"} <= CHANNELS.keys()
+
+
+@pytest.mark.parametrize(
+    ("steps", "short"), [(2.0, True), (BRIDGED_STEPS, True), (BRIDGED_STEPS + 0.5, False)]
+)
+def test_a_gap_that_a_log_would_bridge_is_short(steps: float, short: bool) -> None:
+    assert is_short(Gap(row=10, start_s=1.0, duration_s=0.01 * steps), dt_s=0.01) is short

@@ -37,6 +37,8 @@ CLOCKS: list[tuple[str, Callable[[int], str], str]] = [
     ("Time [ms]", lambda k: f"{4 * k}", "unit ms"),
     ("t_us", lambda k: f"{4000 * k}", "unit us"),
     ("Zeit (s)", lambda k: f"{0.004 * k:.3f}", "unit s"),
+    ("Time [min]", lambda k: f"{0.004 * k / 60:.10f}", "unit min"),
+    ("Time [h]", lambda k: f"{0.004 * k / 3600:.12f}", "unit h"),
     ("elapsed time", lambda k: f"{4 * k}", "its step is 4"),
     ("time", lambda k: f"{0.004 * k:.3f}", "its step is 0.004"),
     ("timestamp", lambda k: f"{1_700_000_000_000 + 4 * k}", "it counts from 1970"),
