@@ -88,6 +88,7 @@ def test_nothing_in_a_command_prints_through_another_console() -> None:
     assert not [name for name, text in sources.items() if re.search(pattern, text)]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("text", ["[/red]", "\x1b[2J", "$x_{$"])
 def test_a_rig_and_a_record_with_evil_names(text: str, tmp_path: Path) -> None:
     rig, out = tmp_path / "rig.toml", tmp_path / f"{text.replace('/', '')}.csv"

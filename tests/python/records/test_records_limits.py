@@ -38,6 +38,7 @@ def bomb(path: Path) -> None:
             pl.DataFrame(columns).write_parquet(path)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["r.csv.gz", "r.npz", "r.mat", "r.parquet"])
 def test_a_bomb_is_refused_before_it_takes_memory(
     name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch

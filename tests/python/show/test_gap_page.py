@@ -54,6 +54,7 @@ class Reader(HTMLParser):
             self.text.append(data)
 
 
+@pytest.mark.slow
 def test_the_page_has_what_was_taken_for_what_in_a_log() -> None:
     taken = Taken("position_m", "<b>Stroke</b> [mm]", "mm", 1e-3, 0.0, "by its name")
     origin = Origin("text, columns separated by ';'", (taken,), ("a remark of its own",))
@@ -79,6 +80,7 @@ def read(page: str) -> tuple[Reader, str]:
     return reader, re.sub(r"\s+", " ", " ".join(reader.text))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("verdict", VERDICTS)
 def test_page_is_whole_and_says_the_verdict_first(verdict: Any) -> None:
     diagnosis = made_diagnosis(verdict)
@@ -166,6 +168,7 @@ def test_a_third_simulation_is_shown_only_where_something_was_added(verdict: Any
     assert ("with what was found" in page_of(verdict)) == added
 
 
+@pytest.mark.slow
 def test_a_gap_that_became_larger_is_called_larger() -> None:
     diagnosis = made_diagnosis("parameters")
     assert diagnosis.how_far is not None
@@ -178,6 +181,7 @@ def test_a_gap_that_became_larger_is_called_larger() -> None:
         assert f"is {word} by 11" in text
 
 
+@pytest.mark.slow
 def test_next_experiment_comes_with_the_command_to_run() -> None:
     _, text = read(page_of("ambiguous"))
     assert "Slow triangle, 3 mm/s, 4 reversals." in text
@@ -189,6 +193,7 @@ def test_next_experiment_comes_with_the_command_to_run() -> None:
     assert again in text
 
 
+@pytest.mark.slow
 def test_words_of_others_cannot_break_the_page() -> None:
     bad = "<script>alert(1)</script>"
     diagnosis = made_diagnosis("effects")

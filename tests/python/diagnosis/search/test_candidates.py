@@ -71,6 +71,7 @@ def test_every_effect_that_is_fitted_has_active_starts() -> None:
                 assert any(value != 0.0 for value in start.values())
 
 
+@pytest.mark.slow
 def test_the_nominal_rig_is_not_fitted(case: Case) -> None:
     nominal = nominal_candidate(case)
     assert nominal.effects == ()
@@ -110,6 +111,7 @@ def test_candidates_are_compared_on_held_out_records(case: Case) -> None:
             np.testing.assert_allclose(means, part.spectrum.powers(coefficients[name]), rtol=1e-12)
 
 
+@pytest.mark.slow
 def test_calibration_reaches_the_truth() -> None:
     case = made.case_of(made.OFF)
     calibrated = calibrate(case)
@@ -129,12 +131,14 @@ def test_calibration_reaches_the_truth() -> None:
     assert nominal_candidate(case).held_out_cost - calibrated.held_out_cost > 100.0
 
 
+@pytest.mark.slow
 def test_any_other_start_can_only_help(case: Case) -> None:
     calibrated = calibrate(case)
     again = calibrate(case, [x_of(case, (), made.OFF), calibrated.x])
     assert again.cost <= calibrated.cost + GAIN
 
 
+@pytest.mark.slow
 def test_screening_takes_the_best_start(case: Case) -> None:
     # The calibration without the effect may be wrong: the values in the rig file are a start, too.
     fit_starts = [
@@ -166,6 +170,7 @@ def test_screening_reaches_either_sign(offset: float) -> None:
     assert screened.values["effects.valve_null_bias.offset"] == pytest.approx(offset, rel=0.05)
 
 
+@pytest.mark.slow
 def test_a_law_starts_from_the_simpler_law_that_it_contains() -> None:
     """Without this start a Stribeck curve can end with a static friction many times too high."""
     true = {
@@ -183,6 +188,7 @@ def test_a_law_starts_from_the_simpler_law_that_it_contains() -> None:
         assert refined.values[name] == pytest.approx(value, rel=0.1), name
 
 
+@pytest.mark.slow
 def test_a_slow_spool_is_identified_though_its_limit_has_no_slope() -> None:
     rng = np.random.default_rng(8)
     levels = np.repeat(rng.uniform(-8.0, 8.0, 60), 100)

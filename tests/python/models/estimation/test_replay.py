@@ -105,6 +105,7 @@ def check_figures(result: EstimationResult, data: IoData, orders: ArxOrders) -> 
     assert result.simulation_fit_percent == pytest.approx(free, rel=1e-9)
 
 
+@pytest.mark.slow
 @settings(max_examples=40)
 @given(
     orders=st.builds(

@@ -40,6 +40,7 @@ def fitted(seed: int, n: int = 1000, noise: float = 0.1) -> ArxModel:
 COEFFICIENTS = st.floats(-2, 2).map(lambda x: round(x, 6))
 
 
+@pytest.mark.slow
 @given(
     a=st.lists(COEFFICIENTS, min_size=1, max_size=5),
     b=st.lists(COEFFICIENTS, min_size=1, max_size=5),
@@ -63,6 +64,7 @@ def test_poles_and_zeros_are_those_of_control(a: list[float], b: list[float], nk
         np.testing.assert_allclose(np.poly(mine), np.poly(theirs), atol=1e-8 * scale)
 
 
+@pytest.mark.slow
 def test_covariances_are_those_of_many_draws() -> None:
     """Parameters drawn from their distribution, roots found anew by numpy."""
     one = fitted(1, noise=0.01)
@@ -101,6 +103,7 @@ def test_a_double_root_is_said_to_be_unreliable() -> None:
     )
 
 
+@pytest.mark.slow
 def test_distance_to_the_border_of_a_first_order_model() -> None:
     """A single pole p is |1 - p| / sigma away, or |1 + p| / sigma."""
     for p in (0.98, 1.02, -0.97, 0.2):
@@ -108,6 +111,7 @@ def test_distance_to_the_border_of_a_first_order_model() -> None:
         assert stability_distance(one) == pytest.approx((1.0 - abs(p) if p < 1 else p - 1.0) / 1e-2)
 
 
+@pytest.mark.slow
 def test_distance_to_the_border_by_search() -> None:
     """No stable polynomial is nearer than told: among many draws around, in units of sigma."""
     a = np.poly([1.03 * np.exp(0.5j), 1.03 * np.exp(-0.5j), 0.6]).real[1:]
@@ -147,6 +151,7 @@ def test_p_values_of_a_true_common_root_are_at_least_uniform() -> None:
     assert rejected <= scipy.stats.binom.isf(1e-3, 100, 0.05)
 
 
+@pytest.mark.slow
 @settings(max_examples=25)
 @given(
     place=st.complex_numbers(min_magnitude=0.2, max_magnitude=0.95),
