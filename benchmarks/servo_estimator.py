@@ -25,7 +25,7 @@ from servo_machines import Run, runs_of
 import ehsid
 from ehsid.harness.base.parallel import run_unordered
 
-FIRST, LAST = 3000, 3500
+FIRST, LAST = 17000, 17500
 TIMES, LAST_TIMES = 120, 5
 FROM_S = 2.0  # trust is judged from here on
 METHODS = ("servo", "rls", "rls, integrator known", "riv")
