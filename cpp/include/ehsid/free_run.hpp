@@ -148,10 +148,13 @@ class FreeRun {
     model_ = kKeep * model_ + position_ * position_;
     noise_ = kKeep * noise_ + Scalar(2) * state.noise;
     // Nothing is explained by a filter for which all is disturbance, or all is noise, or whose servo swings by itself: what
-    // a loop does again and again can be taken for that. The noise may be a tenth of a small motion that is explained well.
-    const bool lost = (state.disturbance > Scalar(0.9) && share() < Scalar(0)) ||
-                      noise_ > (share() < kLeastShare ? Scalar(0.1) : Scalar(1)) * measured_ ||
-                      (state.disturbance > Scalar(0.9) && state.damping < Scalar(0.02));
+    // a loop does again and again can be taken for that. Only of a small motion that is explained well, and not by the
+    // disturbance, the noise may be more than a tenth.
+    const bool disturbed = state.disturbance > Scalar(0.9);
+    const bool explained = share() >= kLeastShare && !disturbed;
+    const bool lost = (disturbed && share() < Scalar(0)) ||
+                      noise_ > (explained ? Scalar(1) : Scalar(0.1)) * measured_ ||
+                      (disturbed && state.damping < Scalar(0.02));
     failures_ = lost ? failures_ + 5 : share() < kLeastShare ? failures_ + 1 : 0;
     open_ = false;
   }
