@@ -483,6 +483,38 @@ TEST(ServoEstimator, AMotionThatIsNotThatOfTheCommandIsNotTrusted) {
   }
 }
 
+/// Model (16) of Ghazali et al. (2011) with white noise in its equation, at 50 ms. Its numerator is not that of a sampled
+/// servo; the servo whose samples are most like it is beyond half the sampling rate. That is no omega_n to rely on; K is.
+TEST(ServoEstimator, WhatIsBeyondHalfTheSamplingRateIsNotTrusted) {
+  for (unsigned seed = 1; seed <= 4; ++seed) {
+    std::mt19937 random{seed};
+    std::normal_distribution<double> noise(0.0, 0.02);
+    ehsid::ServoEstimator<float> estimator;
+    ehsid::ServoEstimator<float>::Options options;
+    options.dt_s = 0.05F;
+    ASSERT_EQ(estimator.configure(options), Status::ok);
+    std::array<double, 3> y{};
+    std::array<double, 3> u{};
+    int beyond = 0;
+    for (int k = 0; k < 3000; ++k) {
+      const double now = 2.2390 * y[0] - 1.7820 * y[1] + 0.5427 * y[2] + 0.3850 * u[0] -
+                         0.5810 * u[1] + 0.2954 * u[2] + noise(random);
+      const double command = random() % 2 == 0 ? 1.0 : -1.0;
+      static_cast<void>(estimator.step(static_cast<float>(command), static_cast<float>(now)));
+      y = {now, y[0], y[1]};
+      u = {command, u[0], u[1]};
+      const auto told = estimator.servo();
+      if (told.omega_n.value * options.dt_s > 3.1416F) {
+        ++beyond;
+        EXPECT_FALSE(told.omega_n.trusted || told.xi.trusted) << "seed " << seed << ", " << k;
+        EXPECT_GT(told.omega_n.half_width, told.omega_n.value);
+        EXPECT_GT(told.xi.half_width, told.xi.value);
+      }
+    }
+    EXPECT_GT(beyond, 1000) << "seed " << seed;
+  }
+}
+
 /// With noise far below the tolerance the interval is narrow: K within 1 %, and the half of its interval below 5 %.
 TEST(ServoEstimator, TheIntervalIsAsNarrowAsTheNoiseAllows) {
   Loop<float> loop;

@@ -40,13 +40,15 @@ TrackedServo<Scalar> ServoEstimator<Scalar, kMaxDelay>::servo() const {
   const Scalar gain_variance = (Scalar(1) - weight) * wider * filter_.covariance(3, 3) +
                                weight * scatter + moved * moved / Scalar(4) +
                                Scalar(0.2025) * excess + structural * run_.gain_scatter();
+  // Beyond half the sampling rate, omega_n dt > pi, the samples are those of a slower servo, too: neither omega_n nor xi is known.
+  const Scalar aliased = state.rate > Scalar(3.14159265) ? Scalar(1) : Scalar(0);
   const Scalar dt = options_.dt_s;
   set(told.gain, sign_ * state.gain * bounded_exp(moved) / dt, gain_variance, Scalar(1));
-  set(told.omega_n, state.rate / dt, wider * filter_.covariance(4, 4) + Scalar(6.25) * excess,
-      Scalar(1.5));
+  set(told.omega_n, state.rate / dt,
+      wider * filter_.covariance(4, 4) + Scalar(6.25) * excess + aliased, Scalar(1.5));
   // xi is wanted to 0.15 at least.
   const Scalar xi_share = state.damping > Scalar(0.3) ? state.damping : Scalar(0.3);
-  set(told.xi, state.damping, wider * filter_.covariance(5, 5) + Scalar(3.6) * excess,
+  set(told.xi, state.damping, wider * filter_.covariance(5, 5) + Scalar(3.6) * excess + aliased,
       Scalar(1.5) / xi_share);
   if (sine_.sine()) {
     refuse(told.omega_n, TrustReason::single_sine);
