@@ -71,19 +71,29 @@ class Wishes:
         self._folder, self._control, self._told = folder, control, told
         self._watch, self._start = watch, start
         self._faults, self._reset_board = faults, reset_board
+        self._stops = False
 
     def __call__(self, number: int) -> EstimatorConfiguration | None:
-        """Carries out what has come before a sample."""
+        """Carries out what has come before a sample.
+
+        A stop waits for the next sample where the estimator is to begin anew at this one: what the
+        events tell has happened.
+        """
         del number
         wish = None
-        while self._control.poll():
+        while not self._stops and self._control.poll():
             kind, *values = self._control.recv()
+            if kind == "stop":
+                self._stops = True
+                break
             try:
                 wish = self._carry_out(kind, values) or wish
             except (ValueError, OSError) as error:
                 self._tell(str(error))
         if wish is not None:
             self._watch.begin(wish)
+        elif self._stops:
+            raise Stopped
         return wish
 
     def _tell(self, words: str) -> None:
@@ -92,8 +102,6 @@ class Wishes:
 
     def _carry_out(self, kind: str, values: list[str]) -> EstimatorConfiguration | None:
         match kind, values:
-            case "stop", []:
-                raise Stopped
             case "reset", []:
                 self._tell("The estimator begins anew.")
                 return self._start

@@ -95,7 +95,7 @@ def test_arrays_within_arrays_have_an_end() -> None:
         check_elements(buffer.getvalue(), any_size)
 
 
-@settings(max_examples=300)
+@settings(max_examples=100)
 @given(
     position=st.integers(0, len(PLAIN) - 1),
     inserted=st.binary(min_size=1, max_size=8)

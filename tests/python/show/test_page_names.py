@@ -10,6 +10,7 @@ from __future__ import annotations
 import json
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import polars as pl
@@ -27,10 +28,27 @@ from ehsid.harness.rigs import read_rig, write_rig
 pytestmark = pytest.mark.usefixtures("one_process")
 BENCH = ROOT / "examples" / "rigs" / "bench.toml"
 # What stands in most places of a page, and what can do harm in pictures, headers and JSON. The page
-# of a diagnosis has all of them; the other kinds are made by the same functions.
+# of a diagnosis has all of them; the other kinds are made by the same functions, and are tried with
+# one name each where time counts.
 OTHERS = ("element", "end of script", "attribute", "expression", "direction")
 IN_FILES = ("comment", "expression", "console", "formula", "direction", "control", "long")
-PAGES = [(kind, name) for kind in KINDS for name in (EVIL if kind == "gap" else OTHERS)]
+
+
+def thorough(*case: str) -> Any:
+    return pytest.param(*case, marks=pytest.mark.thorough)
+
+
+PAGES = [
+    *(("gap", name) if name in OTHERS else thorough("gap", name) for name in EVIL),
+    *((kind, "end of script") for kind in KINDS if kind != "gap"),
+    *(
+        thorough(kind, name)
+        for kind in KINDS
+        if kind != "gap"
+        for name in OTHERS
+        if name != "end of script"
+    ),
+]
 plain_pages: dict[str, Reader] = {}
 
 
@@ -54,7 +72,9 @@ def test_a_name_is_text_in_a_page(kind: str, which: str, tmp_path: Path) -> None
     assert [one for one in shown if one in text], text[:2000]
 
 
-@pytest.mark.parametrize("which", IN_FILES)
+@pytest.mark.parametrize(
+    "which", [one if one in ("formula", "control") else thorough(one) for one in IN_FILES]
+)
 def test_a_name_is_text_in_the_files_of_a_command(which: str, tmp_path: Path) -> None:
     """Columns, record, rig and folder have the name; pictures are drawn."""
     name = EVIL[which]

@@ -4,9 +4,11 @@
 from __future__ import annotations
 
 import json
+import multiprocessing
 import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
+from typing import Any
 
 import pytest
 from app_sessions import BENCH
@@ -15,10 +17,11 @@ from hil_target import FakeDevice
 
 from ehsid.harness.records import read_record
 from ehsid.hil.faults import Relay, relayed
+from ehsid.hil.requests import Stopped
 from ehsid.workbench.jobs import Job, State
-from ehsid.workbench.live.runs import SERVED, LiveRuns
+from ehsid.workbench.live.runs import SERVED, LiveRuns, Wishes
 from ehsid.workbench.live.settings import LiveSettings
-from ehsid.workbench.live.watching import COLUMNS, RING, RingReader, read_told
+from ehsid.workbench.live.watching import COLUMNS, RING, RingReader, Told, read_told
 from ehsid.workbench.workbench import Workbench
 
 
@@ -108,6 +111,33 @@ def test_wishes_are_carried_out_and_the_run_stopped(runs: LiveRuns, target: Rela
     assert run["equal_to_host"]
     assert run["estimator_begun_before_samples"]
     assert run["line"]["asked_again"] >= 1
+
+
+class Beginnings:
+    """In the place of a Watch: what the estimator began with."""
+
+    time_s = 0.0
+
+    def __init__(self) -> None:
+        self.seen: list[object] = []
+
+    def begin(self, configuration: object) -> None:
+        self.seen.append(configuration)
+
+
+def test_a_stop_behind_a_reset_waits_until_it_is_carried_out(tmp_path: Path) -> None:
+    """A slow host finds both before one sample."""
+    here, there = multiprocessing.Pipe()
+    start: Any = object()
+    watch: Any = Beginnings()
+    wishes = Wishes(tmp_path, there, Told(phase=""), watch, start, None, None)
+    here.send(("reset",))
+    here.send(("stop",))
+    assert wishes(20) is start
+    with pytest.raises(Stopped):
+        wishes(21)
+    assert watch.seen == [start]
+    assert [words for _, words in read_told(tmp_path).events] == ["The estimator begins anew."]
 
 
 @pytest.mark.slow
