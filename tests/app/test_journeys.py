@@ -51,10 +51,10 @@ def session_of(served: Any, name: str = "machine") -> Session:
 
 def test_from_a_german_log_to_the_verdict(page: Any, served: Any, tmp_path: Path) -> None:
     """Six clicks, seven answers, and no file written by hand."""
-    drop(page, german_log(tmp_path / "Prüfstand 7.csv"))
+    drop(page, german_log(tmp_path / "Prüfstand 7.csv", 2.5))
     press(page, "Next: Map")
     see(page, "Weg [mm]")
-    see(page, "4000 samples")
+    see(page, "2500 samples")
     press(page, "Next: Rig")
     fill_rig(page)
     see(page, "Saved as rig.toml")

@@ -3,6 +3,10 @@
 
 from __future__ import annotations
 
+import atexit
+import shutil
+import tempfile
+from functools import cache
 from pathlib import Path
 
 from app_sessions import BENCH, german_log, read_session
@@ -14,6 +18,16 @@ from ehsid.workbench.session import Session
 
 def diagnosed_session(folder: Path, verdict: str = "ambiguous", seconds: float = 1.0) -> Session:
     """Return a session with one record, the bench as its rig, and a diagnosis that holds."""
+    shutil.copytree(_made(verdict, seconds) / "session", folder)
+    return Session(folder)
+
+
+@cache
+def _made(verdict: str, seconds: float) -> Path:
+    """The folder with such a session, made once a process: to read a log and to draw take long."""
+    top = Path(tempfile.mkdtemp(prefix="ehsid_session_"))
+    atexit.register(shutil.rmtree, top)
+    folder = top / "session"
     (folder / "logs").mkdir(parents=True)
     log = german_log(folder / "logs" / "run.csv", seconds)
     session = read_session(folder, log)
@@ -24,4 +38,4 @@ def diagnosed_session(folder: Path, verdict: str = "ambiguous", seconds: float =
     (folder / "check" / "rig_check.json").write_text("{}")
     write_diagnosis(folder / "gap", made_diagnosis(verdict), [], "rig.toml")
     session.save()
-    return session
+    return top

@@ -101,7 +101,7 @@ def test_held_out_records_are_never_fitted(diagnose: FakeDiagnose, here: Path) -
     assert diagnose.asked.options == DiagnosisOptions(("load_force", "load_spring"))
 
 
-@pytest.mark.slow
+@pytest.mark.usefixtures("blank_pictures", "no_plots")
 @pytest.mark.parametrize("verdict", VERDICTS)
 def test_every_verdict_is_a_result(verdict: Any, diagnose: FakeDiagnose, here: Path) -> None:
     diagnose.diagnosis = made_diagnosis(verdict)

@@ -59,17 +59,29 @@ def test_the_help_is_whole_without_docstrings(optimised: str, tmp_path: Path) ->
     ("arguments", "code", "says"),
     [
         ("rig new --out r.toml <&-", 2, "--bore, --rod, --stroke"),
-        ("effects -v <&- 2>&-", 0, ""),
-        (f"{SIMULATE} -v 2>&-", 0, ""),
+        pytest.param("effects -v <&- 2>&-", 0, "", marks=pytest.mark.thorough),
+        pytest.param(f"{SIMULATE} -v 2>&-", 0, "", marks=pytest.mark.thorough),
         (f"{SIMULATE} >&- 2>&-", 0, ""),
-        ("effects >&-", 0, ""),
+        pytest.param("effects >&-", 0, "", marks=pytest.mark.thorough),
         ("effects -v 2>/dev/full", 0, ""),
-        ("effects --nothing 2>/dev/full", 2, ""),
+        pytest.param("effects --nothing 2>/dev/full", 2, "", marks=pytest.mark.thorough),
         ("effects >/dev/full", 2, "what is printed cannot be written to stdout (No space left"),
-        ("effects --json >/dev/full", 2, "cannot be written to stdout"),
+        pytest.param(
+            "effects --json >/dev/full",
+            2,
+            "cannot be written to stdout",
+            marks=pytest.mark.thorough,
+        ),
         ("--help >/dev/full", 2, "cannot be written to stdout"),
-        ("--version >/dev/full", 2, "cannot be written to stdout"),
-        ("identify --help >/dev/full", 2, "cannot be written to stdout"),
+        pytest.param(
+            "--version >/dev/full", 2, "cannot be written to stdout", marks=pytest.mark.thorough
+        ),
+        pytest.param(
+            "identify --help >/dev/full",
+            2,
+            "cannot be written to stdout",
+            marks=pytest.mark.thorough,
+        ),
     ],
 )
 def test_streams_that_are_closed_or_full(

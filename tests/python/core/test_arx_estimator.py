@@ -7,7 +7,7 @@ import numpy.typing as npt
 import numpy_reference as reference
 import policies
 import pytest
-from hypothesis import example, given, settings
+from hypothesis import example, given
 from hypothesis import strategies as st
 
 import ehsid
@@ -22,7 +22,6 @@ def full(na: int, nb: int, nk: int) -> int:
 
 
 @pytest.mark.slow
-@settings(max_examples=80)
 @given(
     na=st.integers(1, 6),
     nb=st.integers(1, 6),

@@ -150,7 +150,9 @@ def test_axis(effect: str | None) -> None:
     assert runs.worst_error(found, expected, ("position_m", "velocity_m_s")) < 1e-3
 
 
-@pytest.mark.parametrize("seed", range(20))
+@pytest.mark.parametrize(
+    "seed", [*range(8), *(pytest.param(seed, marks=pytest.mark.thorough) for seed in range(8, 20))]
+)
 def test_random_rigs(seed: int) -> None:
     """Sizes, pressures, loads and nuisances drawn over what machines have, two effects on."""
     rng = np.random.default_rng(seed)

@@ -9,7 +9,7 @@ import numpy.typing as npt
 import numpy_reference as reference
 import policies
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 import ehsid
@@ -73,7 +73,6 @@ def changing(seed: int, n: int, changes: dict[int, float], noise: float) -> tupl
 
 
 @pytest.mark.slow
-@settings(max_examples=40)
 @given(
     short=st.floats(1.0, 20.0),
     long=st.floats(30.0, 300.0),

@@ -103,7 +103,9 @@ def test_signals_of_unequal_length_are_refused() -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize("dtype", ["float32", "float64"])
 @pytest.mark.parametrize("delay", [1, 3])
-@pytest.mark.parametrize("end", [10, 150, 1500, 3100])
+@pytest.mark.parametrize(
+    "end", [10, 3100, *(pytest.param(end, marks=pytest.mark.thorough) for end in (150, 1500))]
+)
 def test_what_was_saved_goes_on_bit_for_bit(end: int, delay: int, dtype: str) -> None:
     command, position = record(0.01, seed=6)
     first = ehsid.ServoEstimator(0.01, delay=delay, dtype=dtype)

@@ -11,7 +11,7 @@ import numpy.typing as npt
 import pytest
 import scipy.signal
 import scipy.stats
-from hypothesis import assume, given, settings
+from hypothesis import assume, given
 from hypothesis import strategies as st
 
 import ehsid
@@ -136,7 +136,6 @@ def test_discretisation_agrees_with_scipy_and_python_control(x: float, xi: float
     np.testing.assert_allclose(theta[3:], discrete.num[0][0][-3:], atol=1e-12)
 
 
-@settings(max_examples=60)
 @given(x=phases, xi=dampings)
 def test_discretisation_is_exact_to_rounding(x: float, xi: float) -> None:
     theta, exact = unit_theta(x, xi), exact_theta(x, xi)
@@ -215,7 +214,6 @@ def test_model_16_reads_as_numpy_reads_it() -> None:
     assert reading.zoh_mismatch == pytest.approx(1.049, abs=5e-4)
 
 
-@settings(max_examples=300)
 @given(x=phases, xi=dampings, gain=st.floats(1e-3, 1e3), dt_s=st.floats(1e-5, 1.0))
 def test_round_trip(x: float, xi: float, gain: float, dt_s: float) -> None:
     reading = ehsid.identify_servo(
@@ -230,7 +228,6 @@ def test_round_trip(x: float, xi: float, gain: float, dt_s: float) -> None:
     assert abs(reading.xi - xi) <= 4.0 * reading.xi_std + own * (1.0 + xi)
 
 
-@settings(max_examples=300)
 @given(
     p=st.floats(0.995, 1.005),
     radius=st.floats(0.1, 0.95),

@@ -82,21 +82,8 @@ def diagnosed(blind: Blind) -> tuple[Judgement, str, tuple[str, ...]]:
     return judge(answer, case_findings), diagnosis.verdict, selected
 
 
-# Seed of the record that `script/test` has; it has pressures. All others are for `--all`.
-EVERY_DAY = {101}
-
-
-@pytest.mark.parametrize(
-    "blind",
-    [
-        pytest.param(
-            blind,
-            id=f"{blind.seed}-{'-'.join(blind.effects) or blind.kind}",
-            marks=pytest.mark.slow if blind.seed in EVERY_DAY else pytest.mark.thorough,
-        )
-        for blind in TABLE
-    ],
-)
+@pytest.mark.thorough
+@pytest.mark.parametrize("blind", TABLE, ids=lambda blind: f"{blind.seed}-{blind.kind}")
 def test_blind_record(blind: Blind) -> None:
     judgement, verdict, selected = diagnosed(blind)
     assert (verdict, selected) == (blind.verdict, blind.named)

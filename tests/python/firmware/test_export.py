@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 import policies
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from sources import ROOT
 from typer.testing import CliRunner
@@ -182,7 +182,6 @@ def configurations(draw: st.DrawFn) -> EstimatorConfiguration:
     )
 
 
-@settings(max_examples=60)
 @given(configuration=configurations(), seed=st.integers(0, 1000))
 def test_a_header_holds_the_estimator_to_the_bit(
     configuration: EstimatorConfiguration, seed: int
@@ -221,7 +220,6 @@ def test_without_a_seed_the_header_has_none() -> None:
 LITERAL = r"-?0x[0-9a-f.]+p[+-]\d+F"
 
 
-@settings(max_examples=60)
 @given(configuration=configurations())
 def test_the_c_header_holds_the_numbers_of_the_other(configuration: EstimatorConfiguration) -> None:
     trace = GoldenTrace.of(configuration, [1.0], [0.0])

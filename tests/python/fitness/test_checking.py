@@ -74,7 +74,7 @@ WRONG = {
 }
 
 
-@pytest.mark.parametrize("noisy", [False, True])
+@pytest.mark.parametrize("noisy", [pytest.param(False, marks=pytest.mark.thorough), True])
 @pytest.mark.parametrize("columns", [ALL, CHAMBERS], ids=len)
 @pytest.mark.parametrize(
     ("name", "every"),

@@ -85,6 +85,15 @@ def test_a_mark_in_the_command_is_a_gap_too(mark: float) -> None:
     assert found.numbers == (mark,)
 
 
+def test_a_known_mark_is_found_from_one_span_away() -> None:
+    """The signal goes from 2250 to 5250: -9999 is 4 spans from it, and so is any other number."""
+    wide = 25.0 * POSITION_MM
+    found = sentinels_of(with_hole(-9999.0, wide), "position_m")
+    assert found is not None
+    assert found.numbers == (-9999.0,)
+    assert sentinels_of(with_hole(-9876.5, wide), "position_m") is None
+
+
 def test_several_marks(tmp_path: Path) -> None:
     position = with_hole(9.9e37)
     position[130:140] = -9.9e37

@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 from sources import ROOT
@@ -57,7 +57,6 @@ def test_a_record_survives_each_format(tmp_path: Path, ending: str) -> None:
 
 
 @pytest.mark.slow
-@settings(max_examples=60)
 @given(
     values=arrays(
         np.float64,

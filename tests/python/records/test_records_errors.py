@@ -13,7 +13,7 @@ import polars as pl
 import pytest
 import scipy.io
 import scipy.sparse
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from ehsid.harness.records import RecordError, make_record, read_record, write_record
@@ -305,7 +305,6 @@ def test_writing_is_whole_or_not_at_all(tmp_path: Path, monkeypatch: pytest.Monk
 
 
 @pytest.mark.slow
-@settings(max_examples=300)
 @given(data=st.data())
 def test_a_damaged_file_raises_no_other_error(
     tmp_path_factory: pytest.TempPathFactory, data: st.DataObject

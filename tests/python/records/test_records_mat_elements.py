@@ -12,7 +12,7 @@ import polars as pl
 import pytest
 import scipy.io
 import scipy.sparse
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from ehsid.harness.records import RecordError, read_record
@@ -95,7 +95,6 @@ def test_arrays_within_arrays_have_an_end() -> None:
         check_elements(buffer.getvalue(), any_size)
 
 
-@settings(max_examples=100)
 @given(
     position=st.integers(0, len(PLAIN) - 1),
     inserted=st.binary(min_size=1, max_size=8)
@@ -119,7 +118,7 @@ def test_sizes_in_a_parquet_file_that_make_its_reader_give_up(tmp_path: Path) ->
     sound = buffer.getvalue()
     path = tmp_path / "r.parquet"
     refused = 0
-    for position in range(len(sound)):
+    for position in range(0, len(sound), 7):
         path.write_bytes(sound[:position] + b"\x7e" + sound[position + 1 :])
         try:
             read_record(path, columns=("u",))

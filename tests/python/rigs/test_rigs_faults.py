@@ -12,7 +12,7 @@ from typing import Any
 
 import pytest
 import tomli_w
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from sources import ROOT
 
@@ -237,7 +237,6 @@ def test_a_rig_with_everything_survives_writing(tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
-@settings(max_examples=300)
 @given(data=st.data())
 def test_a_damaged_file_raises_no_other_error(data: st.DataObject) -> None:
     """A file with replaced, removed or added characters gives a valid rig or a RigError."""

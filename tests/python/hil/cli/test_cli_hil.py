@@ -233,6 +233,7 @@ class Watched:
 
 
 @pytest.mark.slow
+@pytest.mark.usefixtures("blank_pictures")
 def test_a_host_that_is_killed(relay: Relay, tmp_path: Path) -> None:
     """The target closes the valve, the record ends with a whole line, the next host can run."""
     assert ended("--port", relay.port, *SHORT, "--out", str(tmp_path))[0] == 0
@@ -275,6 +276,7 @@ def test_ctrl_c(relay: Relay, tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
+@pytest.mark.usefixtures("blank_pictures")
 def test_a_line_that_is_closed_in_mid_run(relay: Relay, tmp_path: Path) -> None:
     hung_up: list[int] = []
 

@@ -68,6 +68,7 @@ def test_fitted_probabilities_are_meant_and_those_in_use_are_not() -> None:
     assert [one.name for one in found.constants] == list(NAMES)
 
 
+@pytest.mark.thorough
 def test_intervals_are_counted_by_class_of_sensors(strange: Calibration) -> None:
     assert [one.measured for one in strange.intervals] == ["pressures", "position only"]
     kinds = [kind for one in strange.intervals for kind in one.each]

@@ -57,6 +57,7 @@ def test_exchangeable_scores_are_covered_as_promised() -> None:
     assert low <= sum(inside) <= high
 
 
+@pytest.mark.thorough
 def test_sets_of_machines_hold_their_truth_in_each_class_of_sensors() -> None:
     # Truths that no error shows, a share of LAPSE, are in a set of nearly all answers only. With
     # more evidence, errors of the others tell the truth from most answers.

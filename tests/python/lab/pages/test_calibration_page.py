@@ -44,6 +44,7 @@ def test_constants_far_from_the_fitted_ones_are_marked_and_said(found: Calibrati
     assert "from their fitted values" not in calm
 
 
+@pytest.mark.thorough
 def test_the_lead_begins_with_the_worst_family_and_ends_with_the_limit(found: Calibration) -> None:
     first, *_, last = calibration_lead(found)
     worst = found.families[0]

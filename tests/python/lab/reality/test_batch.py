@@ -21,7 +21,9 @@ SHORT: dict[str, Any] = {"seconds": 1.0}
 
 
 @pytest.mark.parametrize("grade", GRADES)
-@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize(
+    "seed", [0, *(pytest.param(seed, marks=pytest.mark.thorough) for seed in range(1, 4))]
+)
 def test_the_transfer_record_has_another_excitation(seed: int, grade: Any) -> None:
     case = make_case(seed, grade, "one", **SHORT)
     kinds = EXCITATION_SETS["all"] if grade == "wide" else EXCITATIONS

@@ -188,7 +188,7 @@ def test_data_without_noise_pass() -> None:
     assert "to within rounding" in procedure.meaning[0]
 
 
-@settings(max_examples=30)
+@settings(max_examples=10)
 @given(seed=st.integers(0, 2**32 - 1), n=st.integers(30, 300), memory=st.floats(0.0, 0.9))
 def test_the_gain_is_that_of_a_regression_with_newey_west_errors(
     seed: int, n: int, memory: float
@@ -315,7 +315,7 @@ def test_bad_settings_are_errors() -> None:
             run_procedure(data, **options)  # type: ignore[arg-type]
 
 
-@settings(max_examples=25)
+@settings(max_examples=10)
 @given(
     seed=st.integers(0, 2**32 - 1),
     n=st.integers(0, 120),

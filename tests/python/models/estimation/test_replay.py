@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 import policies
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from sources import ROOT
 
@@ -106,7 +106,6 @@ def check_figures(result: EstimationResult, data: IoData, orders: ArxOrders) -> 
 
 
 @pytest.mark.slow
-@settings(max_examples=40)
 @given(
     orders=st.builds(
         ArxOrders, st.integers(1, 4), st.integers(1, 4), st.integers(0, 5), st.booleans()

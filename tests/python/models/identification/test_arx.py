@@ -11,7 +11,7 @@ import pytest
 import scipy.signal
 import scipy.stats
 import statsmodels.api as sm
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from identification_truth import A16, B16, arx_output, model16
 from statsmodels.tsa.ardl import ARDL
@@ -74,7 +74,6 @@ def test_the_regressor_is_that_of_equation_8(orders: ArxOrders, skip: int, seed:
     assert sum(run.stop - run.start for run in rows.runs) == rows.y.size
 
 
-@settings(max_examples=60)
 @given(orders=STRUCTURES, seed=st.integers(0, 2**32 - 1), scale=st.floats(1e-6, 1e6))
 def test_the_estimate_is_that_of_lstsq(orders: ArxOrders, seed: int, scale: float) -> None:
     rng = np.random.default_rng(seed)
@@ -178,7 +177,6 @@ def test_removing_means_is_a_fit_of_the_centred_signals() -> None:
     assert removed.y_mean == y.mean()
 
 
-@settings(max_examples=40)
 @given(
     seed=st.integers(0, 2**32 - 1),
     u_scale=st.floats(1e-6, 1e6),

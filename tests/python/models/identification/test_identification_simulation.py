@@ -6,7 +6,7 @@ from __future__ import annotations
 import control
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from identification_truth import A16, B16, model16
 
@@ -48,7 +48,6 @@ def loop(model: ArxModel, data: IoData, skip: int, free: bool) -> list[float]:
 COEFFICIENTS = st.lists(st.floats(-0.3, 0.3), min_size=1, max_size=3)  # stable: |a| sums below 1
 
 
-@settings(max_examples=80)
 @given(
     a=COEFFICIENTS,
     b=st.lists(st.floats(-2, 2), min_size=1, max_size=3),

@@ -8,7 +8,7 @@ import numpy.typing as npt
 import pytest
 import scipy.signal
 import scipy.stats
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from identification_truth import model16
 from statsmodels.stats.diagnostic import acorr_ljungbox
@@ -33,7 +33,6 @@ def coloured(rng: np.random.Generator, n: int, pole: float) -> FloatArray:
     return scipy.signal.lfilter([1.0], [1.0, -pole], e)[200:]
 
 
-@settings(max_examples=40)
 @given(
     seed=st.integers(0, 2**32 - 1),
     n=st.integers(40, 400),
@@ -58,7 +57,6 @@ def test_whiteness_is_that_of_statsmodels(
     assert ours.n_outside == np.sum(np.abs(theirs[1:]) > ours.band)
 
 
-@settings(max_examples=40)
 @given(seed=st.integers(0, 2**32 - 1), n=st.integers(40, 400), max_lag=st.integers(1, 30))
 def test_cross_correlation_is_that_of_statsmodels(seed: int, n: int, max_lag: int) -> None:
     rng = np.random.default_rng(seed)

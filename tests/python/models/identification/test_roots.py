@@ -111,7 +111,7 @@ def test_distance_to_the_border_of_a_first_order_model() -> None:
         assert stability_distance(one) == pytest.approx((1.0 - abs(p) if p < 1 else p - 1.0) / 1e-2)
 
 
-@pytest.mark.slow
+@pytest.mark.thorough
 def test_distance_to_the_border_by_search() -> None:
     """No stable polynomial is nearer than told: among many draws around, in units of sigma."""
     a = np.poly([1.03 * np.exp(0.5j), 1.03 * np.exp(-0.5j), 0.6]).real[1:]
@@ -152,7 +152,7 @@ def test_p_values_of_a_true_common_root_are_at_least_uniform() -> None:
 
 
 @pytest.mark.slow
-@settings(max_examples=25)
+@settings(max_examples=10)
 @given(
     place=st.complex_numbers(min_magnitude=0.2, max_magnitude=0.95),
     gap=st.floats(0.0, 1.0),

@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 import openpyxl
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from sources import ROOT
 
@@ -346,7 +346,6 @@ def test_a_stray_end_of_line_with_a_ragged_row_is_named(tmp_path: Path) -> None:
         read_record(path)
 
 
-@settings(max_examples=200)
 @given(st.lists(st.text(max_size=60), max_size=30))
 def test_any_lines_are_a_layout_or_none(lines: list[str]) -> None:
     found = sniff(lines, whole=True)

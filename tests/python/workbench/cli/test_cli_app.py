@@ -33,7 +33,13 @@ def test_a_port_that_is_taken_is_told(tmp_path: Path) -> None:
     assert "Traceback" not in outcome.stderr
 
 
-@pytest.mark.parametrize("folder", ["file", "file/machines", "x" * 300])
+@pytest.mark.parametrize(
+    "folder",
+    [
+        "file/machines",
+        *(pytest.param(name, marks=pytest.mark.thorough) for name in ("file", "x" * 300)),
+    ],
+)
 def test_a_folder_that_cannot_be_made_is_told(folder: str, tmp_path: Path) -> None:
     pytest.importorskip("panel", reason="the extra app is not installed")
     (tmp_path / "file").touch()
