@@ -113,7 +113,7 @@ def test_no_pressure_rings_where_a_small_volume_fills_fast(substeps: int) -> Non
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("lag", ["hidden", "told"])
+@pytest.mark.parametrize("lag", ["hidden", pytest.param("told", marks=pytest.mark.thorough)])
 def test_a_spool_that_is_limited_in_speed(lag: str) -> None:
     values = typical() if lag == "hidden" else runs.with_effect(EFFECTS["valve_lag"])
     values = values | {"nuisance.spool_slew_1_s": 40.0}

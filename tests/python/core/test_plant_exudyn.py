@@ -140,7 +140,7 @@ def test_same_ringing_from_a_start_out_of_balance(name: str) -> None:
     check_agreement(rig, np.zeros(201), WALLS[name])
 
 
-@pytest.mark.slow
+@pytest.mark.thorough
 @pytest.mark.parametrize("parameter", actuator(RIGS["large"], WALLS["large"]))
 def test_a_change_of_a_thousandth_is_seen(parameter: str) -> None:
     """The comparison has power: each term of exudyn's equations matters in it."""

@@ -61,6 +61,7 @@ def test_the_commands_give_the_same_files(
     assert len(results(tmp_path)) == 4
 
 
+@pytest.mark.thorough
 def test_the_commands_may_be_given_in_the_folder_of_the_session(
     session: Session, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -57,7 +57,7 @@ def test_the_commands_give_the_same_files(
         assert written == (session.folder / "model" / name).read_bytes()
 
 
-@pytest.mark.slow
+@pytest.mark.thorough
 def test_the_python_gives_the_same_files(
     session: Session, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

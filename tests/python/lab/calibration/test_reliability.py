@@ -28,7 +28,7 @@ def claims(power: float, seed: int) -> Claims:
     return Claims(p, rng.random(COUNT) < odds / (1.0 + odds), np.arange(COUNT))
 
 
-@pytest.mark.slow
+@pytest.mark.thorough
 def test_probabilities_that_are_meant_are_within_their_band() -> None:
     found = [reliability("", claims(1.0, seed)) for seed in range(10)]
     # The band holds 95 of 100: of ten, four outside of it has a chance of 1e-3.

@@ -59,7 +59,7 @@ def test_a_wrong_model_in_much_noise_is_outvoted() -> None:
     assert starts.seeded[:, -1].max() < 0.1  # measured 0.055
 
 
-@pytest.mark.slow
+@pytest.mark.thorough
 def test_more_inflation_forgives_a_wrong_model_sooner() -> None:
     samples = [with_wrong_model(0.151, inflation=f)[0] for f in (1, 10, 100)]
     assert samples == sorted(samples, reverse=True)

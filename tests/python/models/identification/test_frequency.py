@@ -85,7 +85,7 @@ def test_bands_are_those_of_many_draws() -> None:
     np.testing.assert_allclose(magnitude.mean(axis=1), found.magnitude_db)
 
 
-@pytest.mark.slow
+@pytest.mark.thorough
 def test_bands_hold_the_truth_in_95_of_100_records() -> None:
     grid = np.array([0.5, 2.0, 6.0])
     truth = FrequencyResponse(grid, response_of_16(grid), "truth")

@@ -97,7 +97,7 @@ def test_the_bands_have_the_right_width_for_coloured_signals() -> None:
     assert np.mean(squared_bands) == pytest.approx(tapered, abs=allowed)
 
 
-@pytest.mark.slow
+@pytest.mark.thorough
 def test_false_alarms_are_as_rare_as_claimed() -> None:
     runs, n = 400, 500
     rng = np.random.default_rng(12)
