@@ -345,8 +345,8 @@ _REASONS = {
     "model_does_not_fit": "the model that runs alone does not move like this output: either it is "
     "no servo, or look for the cause with `ehsid gap`",
     "not_precise": "the interval is wider than 10 % of K, or 15 % of omega_n and xi. Friction, a "
-    "dead band or a load that changes widen it, for which `ehsid gap` looks, and so does a command "
-    "that seldom moves the servo",
+    "dead band or a load that changes widen it, for which `ehsid gap` looks, and so do a command "
+    "that seldom moves the servo and a sampling time that is too long for it, omega_n dt > pi",
 }
 
 
