@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
 """Requests of the host to the target, but for `Configuration`, which has its own module.
 
-What a user can wish for during a run: another start of the estimator, and the end of the run.
+What a user can request during a run: another start of the estimator, and the end of the run.
 """
 
 from __future__ import annotations
@@ -77,7 +77,7 @@ class Stop(_Request):
     message: ClassVar[Message] = messages.STOP
 
 
-class Stopped(Exception):  # noqa: N818 -- the user's wish
+class Stopped(Exception):  # noqa: N818 -- the user's request
     """Raised by a `Steer`: the run ends before this sample, with the samples so far as result."""
 
 

@@ -210,7 +210,7 @@ def run_plan(
     progress
         called after each sample.
     steer
-        the user's wishes during the run; not for a plan with a change of the plant.
+        the user's requests during the run; not for a plan with a change of the plant.
 
     Raises
     ------
@@ -255,9 +255,9 @@ def run_plan(
             )
             if real_time:
                 time.sleep(max(0.0, began + k * plan.dt_s - time.monotonic()))
-            if steer is not None and (wish := steer(k)) is not None:
-                begun[k] = wish
-                _begin_anew(session, plan, wish, k)
+            if steer is not None and (request := steer(k)) is not None:
+                begun[k] = request
+                _begin_anew(session, plan, request, k)
             result = _answer(session, plan, sample, restarts)
             if isinstance(result, Result) and len(result.theta) != n_parameters:
                 raise HilError(

@@ -201,25 +201,25 @@ def _model_python(session: Session) -> list[str]:
 
 def _next_commands(session: Session) -> list[list[str]]:
     """Returns the command that makes the firmware header; without a record there is none."""
-    wish = session.settings.firmware
-    if not wish.record:
+    firmware = session.settings.firmware
+    if not firmware.record:
         return []
-    record = _record(wish.record)
-    name = [] if wish.name == "servo" else ["--name", wish.name]
-    c = ["--c"] if wish.c else []
-    out = ["--out", HEADERS[wish.c]]
-    how = _export_options(session) if wish.like_model else ["--identify"]
+    record = _record(firmware.record)
+    name = [] if firmware.name == "servo" else ["--name", firmware.name]
+    c = ["--c"] if firmware.c else []
+    out = ["--out", HEADERS[firmware.c]]
+    how = _export_options(session) if firmware.like_model else ["--identify"]
     return [["ehsid", "export", record, *how, *name, *c, *out]]
 
 
 def _next_python(session: Session) -> list[str]:
     """Returns the Python that makes the firmware header."""
-    wish = session.settings.firmware
-    if not wish.record:
+    firmware = session.settings.firmware
+    if not firmware.record:
         return ["# Choose a record to make the header of."]
     names, orders, forgetting = (COMMAND, POSITION), "chosen_orders(data)", "ehsid.FRatio()"
     imported = ["from ehsid.harness.models.identification import IoData"]
-    if wish.like_model:
+    if firmware.like_model:
         choice, recursion = session.settings.model, recursion_of(session.settings.model)
         names = (choice.input_name, choice.output_name)
         orders = f"ArxOrders({choice.na}, {choice.nb}, {choice.nk}, offset=True)"
@@ -232,11 +232,11 @@ def _next_python(session: Session) -> list[str]:
         *imported,
         "from ehsid.harness.records import read_record",
         "",
-        f"path = Path({_record(wish.record)!r})",
+        f"path = Path({_record(firmware.record)!r})",
         f"data = IoData.from_record(read_record(path), {names[0]!r}, {names[1]!r})",
         f"header = header_of_record(path, data, {orders}, forgetting={forgetting}, "
-        f"name={wish.name!r}, c={wish.c})",
-        f"Path({HEADERS[wish.c]!r}).write_text(header.text, encoding='utf-8')",
+        f"name={firmware.name!r}, c={firmware.c})",
+        f"Path({HEADERS[firmware.c]!r}).write_text(header.text, encoding='utf-8')",
     ]
 
 

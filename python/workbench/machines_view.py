@@ -67,8 +67,8 @@ class MachinesView(View):
 
     def _rename(self, event: Any) -> None:
         del event
-        before, wish = self._chosen.value, self._name.value
-        made = self.workbench.rename(before, wish)
+        before, new_name = self._chosen.value, self._name.value
+        made = self.workbench.rename(before, new_name)
         self._name.value = ""
         self.refresh()
         self._chosen.value = made

@@ -49,26 +49,28 @@ def header_task(folder: Path, *, report: Callable[[float], None]) -> None:
     from .model_choice import recursion_of
 
     session = Session(folder)
-    wish, choice = session.settings.firmware, session.settings.model
-    names = (choice.input_name, choice.output_name) if wish.like_model else (COMMAND, POSITION)
-    entry = session.entry(wish.record)
+    firmware, choice = session.settings.firmware, session.settings.model
+    names = (choice.input_name, choice.output_name) if firmware.like_model else (COMMAND, POSITION)
+    entry = session.entry(firmware.record)
     if entry is None:
-        raise SessionError(f"{wish.record}: there is no such record in this session; choose one")
-    path, file = session.record_of(entry), FILE_NAMES[wish.c]
+        raise SessionError(
+            f"{firmware.record}: there is no such record in this session; choose one"
+        )
+    path, file = session.record_of(entry), FILE_NAMES[firmware.c]
     (folder / FIRMWARE).mkdir(exist_ok=True)
     with result_files(folder / FIRMWARE / file, "export", inputs=[path]) as new:
         data = IoData.from_record(read_record(path, columns=[*names]), *names)
         report(0.1)
         forgetting: ehsid.Forgetting = ehsid.FRatio()
         reset = True
-        if wish.like_model:
+        if firmware.like_model:
             recursion = recursion_of(choice)
             orders, forgetting, reset = recursion.orders, recursion.forgetting, recursion.reset
         else:
             orders = chosen_orders(data)
         report(0.8)
         header = header_of_record(
-            path, data, orders, forgetting=forgetting, reset=reset, name=wish.name, c=wish.c
+            path, data, orders, forgetting=forgetting, reset=reset, name=firmware.name, c=firmware.c
         )
         write_text(new / file, header.text)
     made = HeaderMade(entry.id, entry.told(), file, header.summary)

@@ -224,7 +224,7 @@ class PlaygroundView(View):
         self._compute()
 
     def _compute(self) -> None:
-        """Simulates in a thread; while one is at work, only the newest wish is kept."""
+        """Simulates in a thread; while one is at work, only the newest request is kept."""
         self._wanted = self._effects.sizes
         if self._running.acquire(blocking=False):
             threading.Thread(target=self._work, daemon=True).start()

@@ -236,7 +236,7 @@ class Workbench:
 
         return changed
 
-    def rename(self, name: str, wish: str) -> str:
+    def rename(self, name: str, new_name: str) -> str:
         """Gives a session another name, made plain; returns it.
 
         Raises
@@ -246,12 +246,12 @@ class Workbench:
         """
         with self._lock:
             session = self._resting(name)
-            new = safe_name(wish.strip())
+            new = safe_name(new_name.strip())
             taken = {path.name.casefold() for path in self.folder.iterdir()} - {name.casefold()}
-            if not wish.strip() or new.casefold() in taken | {REMOVED}:
+            if not new_name.strip() or new.casefold() in taken | {REMOVED}:
                 raise SessionError(
-                    f"{wish.strip() or 'nothing'}: cannot be the name of {name}: expected one that "
-                    "no other machine or file of the folder has; choose another name"
+                    f"{new_name.strip() or 'nothing'}: cannot be the name of {name}: expected one "
+                    "that no other machine or file of the folder has; choose another name"
                 )
             shutil.rmtree(session.folder / PACKAGE, ignore_errors=True)  # it has the name before
             self._move(session, self.folder / new)

@@ -14,7 +14,7 @@ from ..models.identification import ArxOrders, IoData, identify
 from .header import GoldenTrace, check_name, liveliest, render_c_header, render_header
 from .seeding import Export, configure_from_record
 
-# Names of the file without another wish, by whether it is C.
+# Names of the file where nothing else is asked for, by whether it is C.
 FILE_NAMES = {False: "servo_configuration.hpp", True: "servo_configuration.h"}
 
 

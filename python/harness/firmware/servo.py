@@ -19,7 +19,7 @@ from .header import check_name, comment, template
 
 TEST_SAMPLES = 600
 LEAST_ROOM = 4
-"""kMaxDelay of ehsid::ServoEstimator without another wish."""
+"""kMaxDelay of ehsid::ServoEstimator where nothing else is asked for."""
 
 
 @dataclass(frozen=True)

@@ -23,7 +23,7 @@ from ehsid.harness.show.page import Heading, Table
 
 from .. import look
 from ..jobs import State
-from .watching import COLUMNS, Told
+from .watching import COLUMNS, RunStatus
 
 STATUS = {
     "ok": "The estimator follows.",
@@ -146,22 +146,22 @@ def tidy(text: str) -> str:
     return re.sub(r"(?<![\w-])--(?=[a-z])", "", text)
 
 
-def state_words(state: State, told: Told) -> str:
+def state_words(state: State, status: RunStatus) -> str:
     """Returns what a run does as HTML."""
     if state is State.cancelled:
         return '<p role="status">The run was stopped before its first sample.</p>'
     if state in (State.done, State.running):
-        board = f" Target: {look.plain(told.board)}, ehsid {look.plain(told.firmware)}."
-        words = look.plain(told.phase) + (board if told.board else "")
+        board = f" Target: {look.plain(status.board)}, ehsid {look.plain(status.firmware)}."
+        words = look.plain(status.phase) + (board if status.board else "")
         return f'<p role="status">{words}</p>'
     return ""
 
 
-def numbers_html(rows: FloatArray, told: Told, *, running: bool) -> str:
+def numbers_html(rows: FloatArray, status: RunStatus, *, running: bool) -> str:
     """Returns the state of a run and its counts; `rows` are samples as the ring has them."""
     last = dict(zip(COLUMNS, rows[-1, : len(COLUMNS)], strict=True))
-    done = round(last["time_s"] / told.dt_s) + 1
-    share = 100.0 * done / max(1, told.samples)
+    done = round(last["time_s"] / status.dt_s) + 1
+    share = 100.0 * done / max(1, status.samples)
     speed = f"{rate(rows):.0f} samples/s" if running else "ended"
     sentence = status_words(int(last["status"]))
     settled = (
@@ -178,7 +178,7 @@ def numbers_html(rows: FloatArray, told: Told, *, running: bool) -> str:
         "the version of this ehsid.</p>"
     )
     cells = (
-        ("time", f"{last['time_s']:.2f} s of {told.samples * told.dt_s:.6g} s"),
+        ("time", f"{last['time_s']:.2f} s of {status.samples * status.dt_s:.6g} s"),
         ("rate", speed),
         ("position", f"{1e3 * last['position_m']:.2f} mm"),
         ("command", f"{last['command_v']:.3f} V"),
@@ -211,15 +211,15 @@ def _cells(cells: tuple[tuple[str, str], ...]) -> str:
     return f'<div style="display:flex;flex-wrap:wrap;gap:.6rem;margin:.4rem 0">{boxes}</div>'
 
 
-def events_html(told: Told) -> str:
+def events_html(status: RunStatus) -> str:
     """Returns what has happened during a run, the newest in front."""
-    if not told.events:
+    if not status.events:
         return ""
-    rows = [(f"{time_s:.2f} s", words) for time_s, words in reversed(told.events)]
+    rows = [(f"{time_s:.2f} s", words) for time_s, words in reversed(status.events)]
     return look.told(Heading("Events"), Table("", ("time", "what"), rows))
 
 
-def ended_html(folder: Path, told: Told) -> str:
+def ended_html(folder: Path, status: RunStatus) -> str:
     """Returns the results of a run that has ended; "" where there is nothing."""
     out = folder / "hil"
     result = read_json(out / "hil.json", _Result)
@@ -237,7 +237,7 @@ def ended_html(folder: Path, told: Told) -> str:
         "this host; the report says more."
     )
     address = f"/live-result/{folder.name}"
-    snapshots = dict.fromkeys(told.snapshots, "a snapshot of the estimate")
+    snapshots = dict.fromkeys(status.snapshots, "a snapshot of the estimate")
     links = look.files(f"{address}/hil", RESULT_FILES)
     links += look.files(f"{address}/snapshots", snapshots)
     where = f'<p class="soft small">The files are in <code>{look.plain(out)}</code>.</p>'

@@ -25,7 +25,7 @@ from .numbers import drawn, ended_html, events_html, numbers_html, state_words, 
 from .plots import COLUMNS, LivePlots
 from .runs import LiveRuns
 from .settings import MACHINES, POLICIES, SIGNALS, LiveSettings, command, python
-from .watching import FAULTS, RING, RingReader, Told, read_told
+from .watching import FAULTS, RING, RingReader, RunStatus, read_status
 
 PUBLISHED, OTHER = "published experiment", "another rig file"
 TARGETS = {"serial port or address": False, "firmware in QEMU": True}
@@ -224,21 +224,21 @@ class LivePage:
         self, name: str, handler: Callable[[], None], *, primary: bool = False
     ) -> pn.widgets.Button:
         button = look.button(name, primary=primary)
-        button.on_click(self._told(lambda event: handler()))
+        button.on_click(self._with_errors_shown(lambda event: handler()))
         return button
 
     def _make_controls(self) -> pn.Column:
         runs = self._runs
         self._snapshots = look.select("snapshot", width=300)
         self._restore = self._button(
-            "Go on from this snapshot", lambda: runs.wish("restore", self._snapshots.value)
+            "Go on from this snapshot", lambda: runs.request("restore", self._snapshots.value)
         )
         self._restoring = pn.FlexBox(self._snapshots, self._restore, align_items="end")
         self._way = look.select("where the fault comes", options=list(WAYS), width=300)
         faults = [
             self._button(words, partial(self._disturb, kind)) for kind, words in FAULTS.items()
         ]
-        self._board = self._button("Reset the board", lambda: runs.wish("reset board"))
+        self._board = self._button("Reset the board", lambda: runs.request("reset board"))
         self._faults = pn.Column(
             look.words(
                 "<h2>Faults of the line</h2><p class='soft'>Each press puts one fault into the "
@@ -251,18 +251,18 @@ class LivePage:
         return pn.Column(
             look.words("<h2 style='margin-top:0'>Estimator on the target</h2>"),
             pn.FlexBox(
-                self._button("Let the estimator begin anew", lambda: runs.wish("reset")),
-                self._button("Store a snapshot", lambda: runs.wish("snapshot")),
+                self._button("Let the estimator begin anew", lambda: runs.request("reset")),
+                self._button("Store a snapshot", lambda: runs.request("snapshot")),
             ),
             self._restoring,
             self._faults,
         )
 
     def _disturb(self, kind: str) -> None:
-        self._runs.wish("fault", kind, WAYS[self._way.value])
+        self._runs.request("fault", kind, WAYS[self._way.value])
 
-    def _told(self, handler: Callable[[Any], None]) -> Callable[[Any], None]:
-        """Returns a handler whose errors are told on the page; it never shows a traceback."""
+    def _with_errors_shown(self, handler: Callable[[Any], None]) -> Callable[[Any], None]:
+        """Returns a handler whose errors are shown on the page; it never shows a traceback."""
 
         @wraps(handler)
         def safely(event: Any) -> None:
@@ -307,49 +307,49 @@ class LivePage:
 
     def _refresh(self) -> None:
         job, folder = self._runs.job, self._runs.latest()
-        told = Told() if folder is None else read_told(folder)
+        status = RunStatus() if folder is None else read_status(folder)
         running = self._runs.running
         _set(self._start, visible=not running)
         _set(self._stop, visible=running)
         _set(self._fold, visible=not running)
-        self._open(folder, told)
+        self._open(folder, status)
         begun = running and self._ring is not None and self._ring.count > 0
         _set(self._controls, visible=begun)
-        _set(self._faults, visible=told.faults)
-        _set(self._board, visible=told.board_reset)
-        _set(self._restoring, visible=bool(told.snapshots))
-        if self._snapshots.options != told.snapshots:
-            newest = told.snapshots[-1] if told.snapshots else None
-            self._snapshots.param.update(options=told.snapshots, value=newest)
-        self._draw(told, running=running)
+        _set(self._faults, visible=status.faults)
+        _set(self._board, visible=status.board_reset)
+        _set(self._restoring, visible=bool(status.snapshots))
+        if self._snapshots.options != status.snapshots:
+            newest = status.snapshots[-1] if status.snapshots else None
+            self._snapshots.param.update(options=status.snapshots, value=newest)
+        self._draw(status, running=running)
         ended = folder is not None and not running
-        result = ended_html(folder, told) if ended and folder is not None else ""
+        result = ended_html(folder, status) if ended and folder is not None else ""
         _set(self._result, object=result)
         _set(self._machine, visible="record.csv" in result)
-        _set(self._events, object=events_html(told))
+        _set(self._events, object=events_html(status))
         message = "" if job is None or job.state is State.done else tidy(job.message)
-        state = "" if job is None else state_words(job.state, told)
+        state = "" if job is None else state_words(job.state, status)
         _set(self._status, object=look.error(message) if message else state)
         self._show_equivalent(folder)
 
-    def _open(self, folder: Path | None, told: Told) -> None:
+    def _open(self, folder: Path | None, status: RunStatus) -> None:
         """Makes the plots of a run as soon as its samples are there."""
         ring = None if folder is None else folder / RING
-        if folder is None or ring is None or not ring.exists() or not told.parameters:
+        if folder is None or ring is None or not ring.exists() or not status.parameters:
             self._plots = self._ring = None
             _set(self._signals, objects=[])
             _set(self._estimates, objects=[])
         elif folder != self._shown or self._plots is None:
             self._ring = RingReader(ring)
             self._plots = LivePlots(
-                told.parameters, reference=told.position_control, theme=self.theme
+                status.parameters, reference=status.position_control, theme=self.theme
             )
             self._signals.objects = [self._plots.signals]
             self._estimates.objects = [self._plots.estimates]
             self._shown, self._stamp = folder, ()
         _set(self._window, visible=self._plots is not None)
 
-    def _draw(self, told: Told, *, running: bool) -> None:
+    def _draw(self, status: RunStatus, *, running: bool) -> None:
         """Draws the newest samples where there are new ones, or another window is wanted."""
         if self._ring is None or self._plots is None:
             _set(self._numbers, object="")
@@ -359,9 +359,9 @@ class LivePage:
             return
         _set(
             self._numbers,
-            object=numbers_html(self._ring.newest(RECENT), told, running=running),
+            object=numbers_html(self._ring.newest(RECENT), status, running=running),
         )
-        wanted = min(count, length_s / told.dt_s)
+        wanted = min(count, length_s / status.dt_s)
         # A new picture is worth its work as soon as a new pixel column has come.
         step = max(1, int(wanted) // COLUMNS) if running else 1
         stamp = count // step, step, length_s

@@ -2,12 +2,12 @@
 """The runs of a workbench, each in a folder, and the one that goes on.
 
 _live/run_1/settings.json     what the user chose
-_live/run_1/told.json         what the run tells its pages
+_live/run_1/status.json       what the run tells its pages
 _live/run_1/samples.npy       its newest samples; only of the newest run
 _live/run_1/hil/              the files of `ehsid hil`
 _live/run_1/snapshots/        estimates that were stored
 
-What the user wishes during a run, as it comes through the pipe from the page.
+What the user requests during a run, as it comes through the pipe from the page.
 
 The work of a run, in a process of its own: what `ehsid hil` does, watched and steered.
 """
@@ -47,28 +47,28 @@ from ..jobs import Job
 from ..session import Session
 from ..workbench import ERRORS, LIVE, Workbench
 from .settings import LiveSettings, Wanted, read_settings
-from .watching import FAULTS, RING, Told, Watch, throttled, write_told
+from .watching import FAULTS, RING, RunStatus, Watch, throttled, write_status
 
 SNAPSHOTS = "snapshots"
 
 
-class Wishes:
-    """Carries out wishes between two samples; see `Steer`.
+class Requests:
+    """Carries out requests between two samples; see `Steer`.
 
-    A wish that cannot be carried out is told among the events, and the run goes on.
+    A request that cannot be carried out is told among the events, and the run goes on.
     """
 
     def __init__(
         self,
         folder: Path,
         control: Connection,
-        told: Told,
+        status: RunStatus,
         watch: Watch,
         start: EstimatorConfiguration,
         faults: OnRequest | None,
         reset_board: Callable[[], None] | None,
     ) -> None:
-        self._folder, self._control, self._told = folder, control, told
+        self._folder, self._control, self._status = folder, control, status
         self._watch, self._start = watch, start
         self._faults, self._reset_board = faults, reset_board
         self._stops = False
@@ -80,25 +80,25 @@ class Wishes:
         events tell has happened.
         """
         del number
-        wish = None
+        request = None
         while not self._stops and self._control.poll():
             kind, *values = self._control.recv()
             if kind == "stop":
                 self._stops = True
                 break
             try:
-                wish = self._carry_out(kind, values) or wish
+                request = self._carry_out(kind, values) or request
             except (ValueError, OSError) as error:
                 self._tell(str(error))
-        if wish is not None:
-            self._watch.begin(wish)
+        if request is not None:
+            self._watch.begin(request)
         elif self._stops:
             raise Stopped
-        return wish
+        return request
 
     def _tell(self, words: str) -> None:
-        self._told.event(self._watch.time_s, words)
-        write_told(self._folder, self._told)
+        self._status.event(self._watch.time_s, words)
+        write_status(self._folder, self._status)
 
     def _carry_out(self, kind: str, values: list[str]) -> EstimatorConfiguration | None:
         match kind, values:
@@ -108,9 +108,9 @@ class Wishes:
             case "snapshot", []:
                 self._store()
             case "restore", [name]:
-                wish = restored(read_snapshot(self._folder / SNAPSHOTS / name), self._start)
+                request = restored(read_snapshot(self._folder / SNAPSHOTS / name), self._start)
                 self._tell(f"The estimator goes on from {name}.")
-                return wish
+                return request
             case "fault", [fault, direction] if self._faults is not None:
                 self._faults.ask(fault, direction)
                 self._tell(f"Fault: {FAULTS[fault]}, on the way {direction}.")
@@ -124,9 +124,9 @@ class Wishes:
             raise HilError("no snapshot: there is no sample yet; wait for the first one")
         folder = self._folder / SNAPSHOTS
         folder.mkdir(exist_ok=True)
-        name = f"{len(self._told.snapshots) + 1}_at_{self._watch.time_s:.2f}_s{ENDING}"
+        name = f"{len(self._status.snapshots) + 1}_at_{self._watch.time_s:.2f}_s{ENDING}"
         write_snapshot(folder / name, self._watch.snapshot())
-        self._told.snapshots = [*self._told.snapshots, name]
+        self._status.snapshots = [*self._status.snapshots, name]
         self._tell(f"The estimate is stored as snapshots/{name}.")
 
 
@@ -160,13 +160,13 @@ def live_task(
     settings
         what the user has chosen.
     control
-        brings the wishes of the user.
+        brings the requests of the user.
     report
         told the share of the samples that are done.
     """
     began = time.monotonic()
-    told = Told(phase="The run is being prepared.")
-    write_told(folder, told)
+    status = RunStatus(phase="The run is being prepared.")
+    write_status(folder, status)
     wanted = read_settings(settings)
     plan = wanted.run.plan(wanted.rig)
     out = folder / RESULT
@@ -174,12 +174,14 @@ def live_task(
         samples = free_folder(out, UNFINISHED)
         try:
             with _opened(wanted, settings.machine) as target:
-                run, session = _run(folder, plan, settings, target, samples, told, control, report)
+                run, session = _run(
+                    folder, plan, settings, target, samples, status, control, report
+                )
         finally:
             with suppress(OSError):  # has samples
                 samples.rmdir()
-        told.phase = "The report is being written."
-        write_told(folder, told)
+        status.phase = "The report is being written."
+        write_status(folder, status)
         assert session.identity is not None
         provenance = Provenance(
             ehsid_version=ehsid.__version__,
@@ -195,8 +197,8 @@ def live_task(
         write_reports(new, session.identity, [(name, run, compare(run))], provenance)
         copy_samples(samples, new)
     shutil.rmtree(samples, ignore_errors=True)
-    told.phase = "The run has ended."
-    write_told(folder, told)
+    status.phase = "The run has ended."
+    write_status(folder, status)
     report(1.0)
 
 
@@ -233,31 +235,33 @@ def _run(
     settings: LiveSettings,
     target: Target,
     samples: Path,
-    told: Told,
+    status: RunStatus,
     control: Connection,
     report: Callable[[float], None],
 ) -> tuple[RunResult, HilSession]:
     estimator = plan.configuration.estimator
-    told.phase = "The target is asked who it is."
-    told.rig, told.samples, told.dt_s = plan.rig.name, plan.samples, plan.dt_s
-    told.parameters = list(estimator.orders.names)
-    told.position_control = settings.position_control
-    told.faults, told.board_reset = target.faults is not None, target.reset_board is not None
-    write_told(folder, told)
+    status.phase = "The target is asked who it is."
+    status.rig, status.samples, status.dt_s = plan.rig.name, plan.samples, plan.dt_s
+    status.parameters = list(estimator.orders.names)
+    status.position_control = settings.position_control
+    status.faults, status.board_reset = target.faults is not None, target.reset_board is not None
+    write_status(folder, status)
     outputs = OUTPUTS_OF[plan.rig.plant]
     with Watch(folder, samples, outputs, plan, target.line) as watch:
 
         def event(words: str) -> None:
-            told.event(watch.time_s, words)
-            write_told(folder, told)
+            status.event(watch.time_s, words)
+            write_status(folder, status)
 
         session = HilSession(target.line, on_event=event)
         identity = session.hello()
-        told.board, told.firmware = identity.board, ".".join(map(str, identity.firmware))
-        told.phase = "The run goes on."
-        write_told(folder, told)
+        status.board, status.firmware = identity.board, ".".join(map(str, identity.firmware))
+        status.phase = "The run goes on."
+        write_status(folder, status)
         share = throttled(report, REPORT_EVERY_S)
-        wishes = Wishes(folder, control, told, watch, estimator, target.faults, target.reset_board)
+        requests = Requests(
+            folder, control, status, watch, estimator, target.faults, target.reset_board
+        )
         try:
             run = run_plan(
                 plan,
@@ -265,7 +269,7 @@ def _run(
                 watch,
                 real_time=settings.real_time,
                 progress=lambda done, *_: share(done / plan.samples),
-                steer=wishes,
+                steer=requests,
             )
         except HilError as error:
             if watch.samples == 0:
@@ -346,8 +350,8 @@ class LiveRuns:
             )
             heard.close()
 
-    def wish(self, *words: str) -> None:
-        """Sends a wish to the run that goes on; see `Wishes`."""
+    def request(self, *words: str) -> None:
+        """Sends a request to the run that goes on; see `Requests`."""
         control = self._control
         if self.running and control is not None:
             with suppress(OSError):  # it has just ended
@@ -357,7 +361,7 @@ class LiveRuns:
         """Ends the run: with its samples as the result where it has begun, else at once."""
         job = self.job
         if begun:
-            self.wish("stop")
+            self.request("stop")
         elif job is not None:
             job.cancel()
 
@@ -389,7 +393,7 @@ class LiveRuns:
         """Ends the run, with its samples as the result where that takes only a moment."""
         job = self.job
         if job is not None and job.running:
-            self.wish("stop")
+            self.request("stop")
             job.wait(LEAST_S)
             if job.running:
                 job.cancel()

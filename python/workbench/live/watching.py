@@ -33,7 +33,7 @@ from ehsid.hil.run import Recording
 from ehsid.hil.session import Counters
 from ehsid.hil.transport import Line
 
-FILE = "told.json"
+FILE = "status.json"
 RING = "samples.npy"
 MOST_EVENTS = 30
 
@@ -74,7 +74,7 @@ COLUMNS = (
 )
 
 
-class Told(msgspec.Struct):
+class RunStatus(msgspec.Struct):
     """Content of the file."""
 
     phase: str = ""
@@ -105,14 +105,14 @@ class Told(msgspec.Struct):
         self.events = [*self.events, (time_s, words)][-MOST_EVENTS:]
 
 
-def write_told(folder: Path, told: Told) -> None:
+def write_status(folder: Path, status: RunStatus) -> None:
     """Writes the file, whole or not at all."""
-    write_text(folder / FILE, json_text(told))
+    write_text(folder / FILE, json_text(status))
 
 
-def read_told(folder: Path) -> Told:
+def read_status(folder: Path) -> RunStatus:
     """Reads the file; what a run tells that has not begun is empty."""
-    return read_json(folder / FILE, Told) or Told()
+    return read_json(folder / FILE, RunStatus) or RunStatus()
 
 
 ROWS = 65536

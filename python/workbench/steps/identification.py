@@ -194,18 +194,20 @@ class HeaderPart:
 
     def __init__(self, step: StepView) -> None:
         self._page, self._session, self._workbench = step.page, step.session, step.workbench
-        wish = self._session.settings.firmware
+        firmware = self._session.settings.firmware
         ids = [entry.id for entry in self._session.settings.records]
-        if wish.record not in ids:
-            wish.record = ids[0] if ids else ""
-        self._record = look.select("record of the model", options=ids, value=wish.record or None)
-        self._language = look.select("language", options=LANGUAGES, value=wish.c)
-        self._name = look.text_input("namespace in C++, prefix in C", value=wish.name)
+        if firmware.record not in ids:
+            firmware.record = ids[0] if ids else ""
+        self._record = look.select(
+            "record of the model", options=ids, value=firmware.record or None
+        )
+        self._language = look.select("language", options=LANGUAGES, value=firmware.c)
+        self._name = look.text_input("namespace in C++, prefix in C", value=firmware.name)
         choice = self._session.settings.model
         self._like_model = look.tick(
             f"orders and forgetting of the step Model: na {choice.na}, nb {choice.nb}, "
             f"nk {choice.nk}, {choice.policy}",
-            wish.like_model,
+            firmware.like_model,
         )
         for field in (self._record, self._language, self._name, self._like_model):
             field.param.watch(self._page.told(self._choose), "value")
@@ -225,9 +227,9 @@ class HeaderPart:
 
     def _choose(self, event: Any) -> None:
         del event
-        wish = self._session.settings.firmware
-        wish.record, wish.c = self._record.value or "", self._language.value
-        wish.name, wish.like_model = self._name.value.strip(), bool(self._like_model.value)
+        firmware = self._session.settings.firmware
+        firmware.record, firmware.c = self._record.value or "", self._language.value
+        firmware.name, firmware.like_model = self._name.value.strip(), bool(self._like_model.value)
         self._session.save()
 
     def _start(self, event: Any) -> None:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""What a user wishes for during a run: another start of the estimator, a snapshot, the end."""
+"""What a user requests during a run: another start of the estimator, a snapshot, the end."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""A run on a target in Python, in a worker process: wishes, results, and what is left of it."""
+"""A run on a target in Python, in a worker process: requests, results, and what is left of it."""
 
 from __future__ import annotations
 
@@ -19,9 +19,9 @@ from ehsid.harness.records import read_record
 from ehsid.hil.faults import Relay, relayed
 from ehsid.hil.requests import Stopped
 from ehsid.workbench.jobs import Job, State
-from ehsid.workbench.live.runs import SERVED, LiveRuns, Wishes
+from ehsid.workbench.live.runs import SERVED, LiveRuns, Requests
 from ehsid.workbench.live.settings import LiveSettings
-from ehsid.workbench.live.watching import COLUMNS, RING, RingReader, Told, read_told
+from ehsid.workbench.live.watching import COLUMNS, RING, RingReader, RunStatus, read_status
 from ehsid.workbench.workbench import Workbench
 
 
@@ -75,8 +75,8 @@ def test_a_run_writes_what_the_command_writes(runs: LiveRuns, target: Relay) -> 
     newest = RingReader(folder / RING).newest(1)[0]
     assert newest[COLUMNS.index("agrees")] == 1.0
     assert newest[COLUMNS.index("sent")] >= 153  # hello, configure, start
-    told = read_told(folder)
-    assert (told.board, told.faults, told.board_reset) == ("fake", True, False)
+    status = read_status(folder)
+    assert (status.board, status.faults, status.board_reset) == ("fake", True, False)
     assert runs.settings() == settings
     session = runs.make_machine("")
     assert session.rig_file.read_bytes() == BENCH.read_bytes()
@@ -84,24 +84,24 @@ def test_a_run_writes_what_the_command_writes(runs: LiveRuns, target: Relay) -> 
 
 
 @pytest.mark.slow
-def test_wishes_are_carried_out_and_the_run_stopped(runs: LiveRuns, target: Relay) -> None:
+def test_requests_are_carried_out_and_the_run_stopped(runs: LiveRuns, target: Relay) -> None:
     job, folder = started(runs, LiveSettings(port=target.port, duration_s="200", dt_ms="10"))
     until(lambda: samples(folder) > 20)
     runs.start(LiveSettings(port=target.port))  # nothing happens while one goes on
     assert runs.job is job
-    runs.wish("snapshot")
-    until(lambda: bool(read_told(folder).snapshots))
-    (name,) = read_told(folder).snapshots
-    runs.wish("reset")
-    runs.wish("restore", name)
-    runs.wish("restore", "none")
-    runs.wish("fault", "drop", "to target")
-    runs.wish("reset board")  # there is none
-    until(lambda: len(read_told(folder).events) >= 5)
+    runs.request("snapshot")
+    until(lambda: bool(read_status(folder).snapshots))
+    (name,) = read_status(folder).snapshots
+    runs.request("reset")
+    runs.request("restore", name)
+    runs.request("restore", "none")
+    runs.request("fault", "drop", "to target")
+    runs.request("reset board")  # there is none
+    until(lambda: len(read_status(folder).events) >= 5)
     runs.stop(begun=True)
     job.wait(60.0)
     assert (job.state, job.message) == (State.done, "")
-    words = " ".join(words for _, words in read_told(folder).events)
+    words = " ".join(words for _, words in read_status(folder).events)
     assert "The estimator begins anew." in words
     assert f"The estimator goes on from {name}." in words
     assert "cannot be read" in words
@@ -130,14 +130,14 @@ def test_a_stop_behind_a_reset_waits_until_it_is_carried_out(tmp_path: Path) -> 
     here, there = multiprocessing.Pipe()
     start: Any = object()
     watch: Any = Beginnings()
-    wishes = Wishes(tmp_path, there, Told(phase=""), watch, start, None, None)
+    requests = Requests(tmp_path, there, RunStatus(phase=""), watch, start, None, None)
     here.send(("reset",))
     here.send(("stop",))
-    assert wishes(20) is start
+    assert requests(20) is start
     with pytest.raises(Stopped):
-        wishes(21)
+        requests(21)
     assert watch.seen == [start]
-    assert [words for _, words in read_told(tmp_path).events] == ["The estimator begins anew."]
+    assert [words for _, words in read_status(tmp_path).events] == ["The estimator begins anew."]
 
 
 @pytest.mark.slow

@@ -15,9 +15,9 @@ from ehsid.workbench.live.watching import (
     MOST_EVENTS,
     RingReader,
     RingWriter,
-    Told,
-    read_told,
-    write_told,
+    RunStatus,
+    read_status,
+    write_status,
 )
 
 N = 2
@@ -109,12 +109,12 @@ def test_the_rate_is_that_of_the_clock() -> None:
 
 
 def test_events_are_bounded_and_read_again(tmp_path: Path) -> None:
-    told = Told(phase="The run goes on.")
+    status = RunStatus(phase="The run goes on.")
     for number in range(100):
-        told.event(0.1 * number, "the valve was opened")
-    write_told(tmp_path, told)
-    again = read_told(tmp_path)
-    assert again == told
+        status.event(0.1 * number, "the valve was opened")
+    write_status(tmp_path, status)
+    again = read_status(tmp_path)
+    assert again == status
     assert len(again.events) == MOST_EVENTS
     assert again.events[-1] == (pytest.approx(9.9), "The valve was opened")
-    assert read_told(tmp_path / "none") == Told()
+    assert read_status(tmp_path / "none") == RunStatus()

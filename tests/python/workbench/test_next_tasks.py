@@ -42,9 +42,9 @@ def silent(share: float) -> None:
 def test_the_header_is_that_of_the_command_and_of_the_python(
     session: Session, c: bool, like_model: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    wish = session.settings.firmware
-    wish.record, wish.name, wish.c = session.settings.records[0].id, "axis_7", c
-    wish.like_model = like_model
+    firmware = session.settings.firmware
+    firmware.record, firmware.name, firmware.c = session.settings.records[0].id, "axis_7", c
+    firmware.like_model = like_model
     session.settings.model.na, session.settings.model.policy = 2, "error-driven"
     session.save()
     header_task(session.folder, report=silent)
