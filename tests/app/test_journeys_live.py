@@ -255,7 +255,8 @@ def test_only_results_of_runs_are_served(page: Any, target: Relay) -> None:
     start(page, target.port, "2", real_time=False)
     see(page, "100 samples.")
     fetch = "async (path) => (await fetch(path)).status"
-    for path in ("run_1/settings.json", "run_1/hil/..%2Fstatus.json", "run_1/hil/.ehsid%2Fhil.json"):
+    paths = ("run_1/settings.json", "run_1/hil/..%2Fstatus.json", "run_1/hil/.ehsid%2Fhil.json")
+    for path in paths:
         assert page.evaluate(fetch, f"/live-result/{path}") == 404, path
 
 
