@@ -138,7 +138,7 @@ set_up() {
   install_packages build
   stamp=$(sources_stamp)
   if [ "$(cat .venv/ehsid-stamp 2>/dev/null)" != "$stamp" ]; then
-    say "compiling ehsid for .venv: about a minute the first time"
+    say "compiling ehsid for .venv: some minutes the first time"
     rm -rf "$wheel"
     mkdir "$wheel"
     compile_wheel "$wheel" >"$wheel/log" 2>&1 &
