@@ -8,10 +8,10 @@ from ehsid.harness.base.encoding import json_schema
 from ehsid.harness.base.files import write_text
 from ehsid.harness.diagnosis import schema
 from ehsid.harness.fitness import RigCheckFile
-from ehsid.harness.fleet.ranking import Fleet
+from ehsid.harness.fleet import Fleet
 from ehsid.harness.models.estimation import Estimates
 from ehsid.hil.result_file import HilFile
-from ehsid.lab.blind.seal import Seal
+from ehsid.lab.blind import Seal
 from ehsid.lab.calibration.checking import Calibration
 from ehsid.lab.scoring.score import ScoreFile
 

@@ -32,8 +32,8 @@ from ehsid.harness.signals.simulation.run import OUTPUTS, OUTPUTS_OF, as_measure
 
 from .answers import Result, SampleAnswer, ServoResult
 from .frames import HilError, TargetReset
+from .messages import Sample, Steer, Stopped
 from .plan import Plan
-from .requests import Sample, Steer, Stopped
 from .session import Counters, Session
 
 RECORD = "record.csv"

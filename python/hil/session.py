@@ -21,8 +21,7 @@ from .answers import (
 )
 from .configuration import POLICIES, Configuration
 from .frames import BadFrame, HilError, TargetReset, decode, encode
-from .messages import Reason, State, status_name
-from .requests import Hello, Resume, Sample, Start, Stop
+from .messages import Hello, Reason, Resume, Sample, Start, State, Stop, status_name
 from .transport import Line
 
 MOST_TRIPS = 10

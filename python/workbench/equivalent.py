@@ -7,9 +7,9 @@ import os
 import shlex
 
 from ehsid.harness.catalogue.channels import COMMAND, POSITION
-from ehsid.harness.catalogue.policies import POLICIES
+from ehsid.harness.catalogue.parameters import POLICIES
 
-from .model_choice import recursion_of
+from .model_tasks import recursion_of
 from .session import RIG, Session
 
 HEADERS = {False: "firmware/servo_configuration.hpp", True: "firmware/servo_configuration.h"}

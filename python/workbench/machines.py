@@ -6,7 +6,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from ehsid.harness.diagnosis.schema import DiagnosisFile, read_diagnosis_file
-from ehsid.harness.fleet.ranking import machine_of
+from ehsid.harness.fleet import machine_of
 from ehsid.harness.show.fleet_page import verdict_text
 from ehsid.harness.show.gap_words import first_upper
 

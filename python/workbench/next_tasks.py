@@ -46,7 +46,7 @@ def header_task(folder: Path, *, report: Callable[[float], None]) -> None:
     from ehsid.harness.firmware import FILE_NAMES, chosen_orders, header_of_record
     from ehsid.harness.models.identification import IoData
 
-    from .model_choice import recursion_of
+    from .model_tasks import recursion_of
 
     session = Session(folder)
     firmware, choice = session.settings.firmware, session.settings.model

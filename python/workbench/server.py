@@ -25,7 +25,7 @@ from tornado.websocket import WebSocketClosedError
 
 from ehsid.harness.base.error_words import error_words
 from ehsid.harness.rigs import parse_rig
-from ehsid.harness.rigs.errors import read_text
+from ehsid.harness.rigs.checks import read_text
 
 from . import look
 from .adoption import replace_rig

@@ -27,7 +27,7 @@ import tomli_w
 
 from ehsid.harness.base.files import write_text
 from ehsid.harness.catalogue.channels import COMMAND, POSITION
-from ehsid.harness.catalogue.policies import METHODS, POLICIES, policies_of
+from ehsid.harness.catalogue.parameters import METHODS, POLICIES, policies_of
 
 SETTINGS = "session.toml"
 RIG = "rig.toml"

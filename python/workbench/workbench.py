@@ -16,8 +16,7 @@ from typing import Any
 
 from .jobs import Job, State, Task, check_task, gap_task, read_task
 from .lesson import lesson_task
-from .model_choice import adopt_found
-from .model_tasks import estimate_task, identify_task
+from .model_tasks import adopt_found, estimate_task, identify_task
 from .next_tasks import PACKAGE, header_task, package_task
 from .session import SETTINGS, Entry, Session, SessionError, free_name, safe_name
 

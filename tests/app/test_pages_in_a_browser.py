@@ -21,7 +21,7 @@ from typer.testing import CliRunner
 from ehsid.harness.base.parallel import workers
 from ehsid.harness.cli import cli
 from ehsid.harness.diagnosis.result import diagnosis_text
-from ehsid.harness.fleet.ranking import read_fleet
+from ehsid.harness.fleet import read_fleet
 from ehsid.harness.records import make_record, write_record
 from ehsid.harness.show.fleet_page import write_fleet
 from ehsid.harness.show.gap_page import RecordLine, render_diagnosis

@@ -10,7 +10,7 @@ from ehsid.harness.firmware import EstimatorConfiguration
 from ehsid.harness.models.identification import ArxOrders
 from ehsid.hil.answers import Result
 from ehsid.hil.configuration import Configuration, ControllerSettings
-from ehsid.hil.requests import Sample
+from ehsid.hil.messages import Sample
 from ehsid.hil.session import Session
 
 TIMEOUT_S = 0.03

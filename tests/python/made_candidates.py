@@ -15,9 +15,8 @@ from made_spectra import spectrum_of
 from ehsid.harness.diagnosis.data.floor import NoiseFloor
 from ehsid.harness.diagnosis.deciding import INDEPENDENT
 from ehsid.harness.diagnosis.model.case import Case
-from ehsid.harness.diagnosis.model.likelihood import OutputLikelihood
 from ehsid.harness.diagnosis.model.parameters import Parameter
-from ehsid.harness.diagnosis.model.spectrum import BANDS
+from ehsid.harness.diagnosis.model.spectrum import BANDS, OutputLikelihood
 from ehsid.harness.diagnosis.search.candidates import FittedCandidate
 from ehsid.harness.diagnosis.search.gap_reduction import WindowSums
 from ehsid.harness.diagnosis.search.search import SearchResult

@@ -23,7 +23,7 @@ from page_names import file_name
 import ehsid
 from ehsid.harness.diagnosis.result import Diagnosis, diagnosis_text
 from ehsid.harness.diagnosis.schema import Remark
-from ehsid.harness.fleet.ranking import read_fleet
+from ehsid.harness.fleet import read_fleet
 from ehsid.harness.models.identification import ArxOrders, IoData
 from ehsid.harness.rigs.new import published_rig
 from ehsid.harness.show.fleet_page import fleet_page

@@ -25,5 +25,7 @@ def imported(path: Path) -> set[str]:
     return names
 
 
-def imported_below(folder: Path) -> set[str]:
-    return set().union(*(imported(path) for path in folder.rglob("*.py")))
+def imported_below(room: Path) -> set[str]:
+    """Return what a folder or a module imports."""
+    files = [module] if (module := room.with_suffix(".py")).is_file() else room.rglob("*.py")
+    return set().union(*(imported(path) for path in files))

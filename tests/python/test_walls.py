@@ -107,10 +107,10 @@ PRODUCT: dict[str, set[str]] = {
         *("diagnosis/decision", "diagnosis/model", "diagnosis/search", "diagnosis/tables"),
         "rigs",
     },
-    "diagnosis/next": {*BELOW_DIAGNOSIS, "diagnosis/model", "signals/excitation"},
+    "diagnosis/next_experiment": {*BELOW_DIAGNOSIS, "diagnosis/model", "signals/excitation"},
     "diagnosis": {
         *("diagnosis/data", "diagnosis/decision", "diagnosis/laws", "diagnosis/model"),
-        *("diagnosis/next", "diagnosis/search", "diagnosis/tables", "records", "rigs"),
+        *("diagnosis/next_experiment", "diagnosis/search", "diagnosis/tables", "records", "rigs"),
     },
     "fleet": {"diagnosis", "diagnosis/tables", "records"},
     "show": {
@@ -161,20 +161,20 @@ GUESTS: dict[str, set[str]] = {
 }
 ROOMS = PRODUCT | GUESTS
 # Of the diagnosis: what comes out, as data and as a file, and the numbers that decide.
-TABLES = {"deciding.py", "options.py", "result.py", "schema.py"}
+TABLES = {"deciding", "options", "result", "schema"}
 FOR_ALL = ("base", "catalogue")
 # They hold rooms and nothing else, and the package itself.
 HALLS = {"harness", "models", "signals", "ehsid"}
 
 
 def room_of(path: Path) -> str:
-    """The room of a file below `python`."""
-    parts = path.relative_to(PYTHON).parts
-    parts = parts[1:] if parts[0] == "harness" and len(parts) > 2 else parts
+    """The room of a file below `python`: its folder, or the file itself."""
+    parts = path.relative_to(PYTHON).with_suffix("").parts
+    parts = parts[1:] if parts[0] == "harness" and parts[1] != "__init__" else parts
     if parts[0] == "diagnosis" and parts[1] in TABLES:
         return "diagnosis/tables"
     inner = "/".join(parts[:2])
-    return inner if len(parts) > 2 and inner in ROOMS else parts[0]
+    return inner if inner in ROOMS else parts[0]
 
 
 def imports() -> dict[str, set[tuple[str, str]]]:
@@ -274,9 +274,8 @@ def test_tests_stand_where_what_they_test_does() -> None:
     here = Path(__file__).parent
     folders = {path.parent.relative_to(here).as_posix() for path in here.rglob("test_*.py")}
     rooms = {
-        path.relative_to(root).as_posix()
+        path.relative_to(root).with_suffix("").as_posix()
         for root in (HARNESS, PYTHON)
         for path in root.rglob("*")
-        if path.is_dir()
     }
     assert folders - {".", "core", "docs"} <= rooms

@@ -14,7 +14,7 @@ import numpy.typing as npt
 import ehsid
 
 from ..base.files import result_folder
-from ..catalogue.policies import POLICIES
+from ..catalogue.parameters import POLICIES
 from ..models import estimation
 from ..models.estimation import EstimationResult
 from ..models.estimation.advice import Advice, advice_words, advise, state_words

@@ -1,13 +1,11 @@
 # SPDX-License-Identifier: MIT
-"""Values and effects of the plant with units and ranges, taken from the compiled simulator.
-
-Names of effects for people, where their ids do not read as words.
-"""
+"""Values and effects of the plant, and forgetting policies, taken from the compiled code."""
 
 from __future__ import annotations
 
 from functools import cache
 from types import MappingProxyType
+from typing import NamedTuple
 
 import ehsid
 
@@ -70,3 +68,27 @@ def acts_on(effect: ehsid.EffectInfo, plant: str) -> bool:
 def names_of(effect: ehsid.EffectInfo) -> list[ParameterKey]:
     """Returns the full names of the parameters of an effect."""
     return [ParameterKey.of_effect(effect.id, parameter.name) for parameter in effect.parameters]
+
+
+POLICIES = MappingProxyType({info.id.replace("_", "-"): info for info in ehsid.policies()})
+
+
+class Method(NamedTuple):
+    """A recursion: its name in words, and the noise that it is right with."""
+
+    words: str
+    noise: str
+
+
+# See docs/which_estimator.md.
+METHODS = MappingProxyType(
+    {
+        "rls": Method("least squares", "white noise in the equation of the model"),
+        "riv": Method("instrumental variables", "noise of the position sensor"),
+    }
+)
+
+
+def policies_of(method: str) -> tuple[str, ...]:
+    """Returns the names of the policies that a recursion takes."""
+    return tuple(POLICIES) if method == "rls" else ("constant", "exponential")

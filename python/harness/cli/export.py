@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from ..base.files import result_files, write_text
-from ..catalogue.policies import POLICIES
+from ..catalogue.parameters import POLICIES
 from .console import Console, about, note
 from .next_command import Given, estimate_line
 from .options import (

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""`ehsid gap`: diagnoses why the simulator and the machine disagree.
+"""`ehsid gap`: diagnoses why the simulator and the machine disagree, and prints a summary.
 
 The options of a diagnosis on the command line, of every command that diagnoses.
 
@@ -11,7 +11,7 @@ from __future__ import annotations
 import functools
 import inspect
 import typing
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 from importlib import import_module
 from pathlib import Path
 from threading import Thread
@@ -25,13 +25,54 @@ from ..catalogue.channels import CHANNELS, POSITION, REQUIRED_COLUMNS
 from ..records import NO_HINTS, Hints, Record
 from ..records.record import told_apart
 from ..rigs import Rig, read_rig
-from .console import Console
+from .console import Console, print_blocks, print_points
 from .lazy import effect_ids, verdicts
 from .options import RECORD_HELP, AsJson, Maps, RigFile, SamplingTime, Workers, hints_of, read_shown
 from .progress import progress_of
 
 if TYPE_CHECKING:
     from ..diagnosis.options import DiagnosisOptions
+    from ..diagnosis.result import Diagnosis
+    from ..diagnosis.schema import Remark
+
+
+def print_diagnosis(
+    diagnosis: Diagnosis, folder: Path, console: Console, shown: Collection[Remark] = ()
+) -> None:
+    """Prints the verdict in a sentence and then its reasons; the details are in the report.
+
+    shown: remarks that the user has seen already, which are not printed again.
+    """
+    from ..show.gap_words import brief_tables, effect_set, plain_name, told_reasons, told_remarks
+    from ..show.units import percent
+    from ..show.verdict_words import VERDICTS
+
+    title = VERDICTS[diagnosis.verdict].title
+    console.print(f"\n{title}", style="bold")
+    console.print(diagnosis.sentence, style="bold")
+    print_points(told_reasons(diagnosis), console)
+    for table in brief_tables(diagnosis):
+        console.print()
+        print_blocks([table], console)
+    coming = diagnosis.next_experiment
+    if coming is not None:
+        rivals = " from ".join(effect_set(tuple(names.split("+"))) for names in coming.separates)
+        console.print(
+            f"\nNext experiment: {coming.description}; it separates {rivals} with a "
+            f"predicted probability of {percent(coming.power)}: "
+            f"{folder / 'next_experiment.csv'}",
+        )
+    if diagnosis.cannot_judge:
+        console.print("\nCould not be judged:")
+        unjudged = diagnosis.cannot_judge
+        print_points((f"{plain_name(effect.id)}: {effect.why}" for effect in unjudged), console)
+    for remark in told_remarks(diagnosis):
+        if remark in shown:
+            continue
+        sign, style = ("serious", "red") if remark.serious else ("note", None)
+        about = f"{remark.record}: " if remark.record else ""
+        console.print(f"{sign}: {about}{remark.what}", style=style)
+    console.print(f"\nreport: {folder / 'report.html'}", soft_wrap=True)
 
 
 ExcludedEffects = Annotated[
@@ -192,7 +233,6 @@ def gap_command(
     from ..diagnosis import STAGES, diagnose
     from ..diagnosis.data.gate import how_read
     from ..diagnosis.schema import RESULT_FILES
-    from .gap_summary import print_diagnosis
 
     failing = failing_verdicts(fail_on)
     with result_folder(out, "gap", RESULT_FILES, [*records, *(validate or []), rig_file]) as folder:

@@ -23,7 +23,7 @@ from .options import AsJson, Dask, Maps, SamplingTime, Workers, hints_of, on
 if TYPE_CHECKING:
     from ..diagnosis.job import Job
     from ..diagnosis.options import DiagnosisOptions
-    from ..fleet.ranking import Fleet
+    from ..fleet import Fleet
 
 MOST_LINES = 20
 LOGGER = logging.getLogger("ehsid")
@@ -40,7 +40,7 @@ def read_machine(folder: Path, hints: Hints = NO_HINTS) -> Job:
         a file is missing or cannot be used.
     """
     from ..diagnosis.job import Job
-    from ..fleet.running import RIG, record_files
+    from ..fleet import RIG, record_files
 
     fitted, held_out = record_files(folder)
     rig = read_rig(folder / RIG)
@@ -65,7 +65,7 @@ def check_results(folder: Path, out: Path, machines: Sequence[Path]) -> None:
     """
     from ..diagnosis.job import ERROR, RESULT
     from ..diagnosis.schema import RESULT_FILES
-    from ..fleet.running import INPUTS
+    from ..fleet import INPUTS
 
     for place in (out, *(out / machine.name for machine in machines)):
         if place.resolve().is_relative_to(folder.resolve()):
@@ -104,11 +104,10 @@ def gap_fleet_command(
     ehsid gap-fleet machines --out results --fail-on any --quiet
     """
     from ..diagnosis import diagnose
-    from ..fleet.ranking import read_fleet
-    from ..fleet.running import machine_folders, run_fleet, unfinished_machines
+    from ..fleet import machine_folders, read_fleet, run_fleet, unfinished_machines
     from ..show.fleet_page import FILES, write_fleet
     from ..show.gap_page import write_diagnosis
-    from .case_progress import shown
+    from .progress import shown
 
     failing = failing_verdicts(fail_on)
     folders, refused = [], {}

@@ -11,7 +11,7 @@ import typer
 
 import ehsid
 
-from ..catalogue.policies import POLICIES
+from ..catalogue.parameters import POLICIES
 
 # The setting that --lambda0 stands for, by the name of the policy.
 LAMBDA0 = {"constant": "lambda_", "exponential": "lambda0"}

@@ -1,20 +1,28 @@
 # SPDX-License-Identifier: MIT
-"""Shows the progress of long work: a bar on a terminal, plain lines in a log.
-
-Work that takes less than `QUICK_S` seconds shows nothing. The time to go never rises.
-"""
+"""Shows the progress of long work, as a whole or case by case."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from rich.progress import BarColumn, Progress, ProgressColumn, TaskID, TaskProgressColumn
+from rich.progress import (
+    BarColumn,
+    MofNCompleteColumn,
+    Progress,
+    ProgressColumn,
+    TaskID,
+    TaskProgressColumn,
+    TimeElapsedColumn,
+)
 from rich.text import Text
 
 from ..base.time_to_go import TimeToGo, in_words
 from .console import Console, PlainColumn
+
+if TYPE_CHECKING:
+    from ..diagnosis.job import Outcome
 
 QUICK_S = 2.0
 LINE_EVERY_S = 10.0
@@ -122,3 +130,40 @@ def _bar() -> Iterator[tuple[Console, Progress]]:
     finally:
         if bar.tasks:  # elsewhere than on a terminal, rich ends every bar with an empty line
             bar.stop()
+
+
+def shown(
+    outcomes: Iterable[Outcome], todo: int, total: int, console: Console | None = None
+) -> Iterator[Outcome]:
+    """Passes the outcomes on and shows each on stderr: a bar on a terminal, lines in a log.
+
+    Parameters
+    ----------
+    todo, total
+        number of outcomes to come, and number of all cases with those of earlier runs.
+    """
+    console = console or Console(stderr=True)
+    to_go, done = TimeToGo(), total - todo
+    bar = Progress(
+        BarColumn(),
+        MofNCompleteColumn(),
+        TimeElapsedColumn(),
+        PlainColumn("{task.description}"),
+        console=console,
+        disable=not console.is_terminal,
+        transient=True,
+    )
+    with bar:
+        task = bar.add_task("", total=total, completed=done)
+        for i, outcome in enumerate(outcomes, 1):
+            if outcome.said:
+                console.print(outcome.said.rstrip("\n"), soft_wrap=True)
+            rest = todo - i
+            to_go.update(i / todo)
+            left = in_words(to_go.left_s or 0.0)
+            line = f"{outcome.name}: {outcome.word.rstrip('.')}, {in_words(outcome.seconds)}"
+            if not console.is_terminal or outcome.failed:
+                tail = f"; {left} left" if rest else ""
+                console.print(f"{done + i} of {total}, {line}{tail}", soft_wrap=True)
+            bar.update(task, completed=done + i, description=f"{left} left; {line}")
+            yield outcome

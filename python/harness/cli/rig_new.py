@@ -17,8 +17,8 @@ from .console import Console, print_blocks, refuse
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from ..rigs.new import Entry
     from ..rigs.quantities import Quantity
+    from ..rigs.rig_file import Entry
 
 
 class PlantKind(StrEnum):

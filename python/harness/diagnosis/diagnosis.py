@@ -30,7 +30,7 @@ from .laws.fitting import equation_shares
 from .laws.forms import sentence
 from .model.case import Case, make_case
 from .model.comparison import BLOCK_S
-from .next.next_experiment import next_experiment
+from .next_experiment import next_experiment
 from .options import DEFAULTS, DiagnosisOptions
 from .result import Diagnosis, HeldOutRun, Stage, UnknownInput
 from .schema import (

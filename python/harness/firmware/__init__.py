@@ -6,7 +6,7 @@
 >>> text = render_header(export.configuration, trace, name="servo")
 """
 
-from .configuration import EstimatorConfiguration, Seed
+from .configuration import EstimatorConfiguration, Export, Seed, configure_from_record
 from .header import (
     GoldenTrace,
     check_name,
@@ -16,7 +16,6 @@ from .header import (
     render_header,
 )
 from .of_record import FILE_NAMES, Header, chosen_orders, header_of_record
-from .seeding import Export, configure_from_record
 from .servo import ServoHeader, ServoSettings, render_servo_header, servo_header_of_record
 
 __all__ = [

@@ -11,8 +11,8 @@ import ehsid
 
 from ..base.exchange import sha256_of
 from ..models.identification import ArxOrders, IoData, identify
+from .configuration import Export, configure_from_record
 from .header import GoldenTrace, check_name, liveliest, render_c_header, render_header
-from .seeding import Export, configure_from_record
 
 # Names of the file where nothing else is asked for, by whether it is C.
 FILE_NAMES = {False: "servo_configuration.hpp", True: "servo_configuration.h"}

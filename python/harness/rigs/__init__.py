@@ -8,9 +8,8 @@
 """
 
 from ..records import ColumnMap
-from .errors import RigError
-from .reading import parse_rig, read_rig
+from .checks import RigError
 from .rig import Rig
-from .writing import rig_text, write_rig
+from .rig_file import parse_rig, read_rig, rig_text, write_rig
 
 __all__ = ["ColumnMap", "Rig", "RigError", "parse_rig", "read_rig", "rig_text", "write_rig"]

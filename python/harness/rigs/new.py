@@ -8,15 +8,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
 from importlib.resources import files
 
 from ..catalogue.parameters import plant_parameters
 from . import quantities
-from .errors import RigError
+from .checks import RigError
 from .quantities import Quantity, Typical
-from .reading import parse_rig
 from .rig import Rig
+from .rig_file import Entry, parse_rig
 
 # Relative 1-sigma of what is given, with the reason.
 GIVEN = {
@@ -37,24 +36,6 @@ GIVEN = {
     "force-gain": (0.05, "constants of motor and amplifier"),
 }
 LINES = (0.2, "lines as given, and 5 % of the swept volume for ports")
-
-
-@dataclass(frozen=True)
-class Entry:
-    """A value of a rig with its origin."""
-
-    key: str
-    """Full name, such as "cylinder.bore_m" or "sensors.spool_noise"."""
-    value: float
-    """In the unit of the rig file."""
-    sigma: float | None
-    """Relative 1-sigma; None for a sensor."""
-    given: bool
-    """Whether the user gave it; else it is typical."""
-    shown: str
-    """The value in the units of engineers."""
-    why: str
-    """Reason of the value or of its uncertainty, in plain words."""
 
 
 def ehs_entries(known: Mapping[str, Quantity], *, double_rod: bool, hoses: bool) -> list[Entry]:

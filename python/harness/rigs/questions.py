@@ -9,10 +9,9 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
-from .new import Entry, axis_entries, ehs_entries
+from .new import axis_entries, ehs_entries
 from .quantities import Quantity, read_quantity
-from .reading import parse_rig
-from .writing import commented_text
+from .rig_file import Entry, commented_text, parse_rig
 
 
 @dataclass(frozen=True)

@@ -27,8 +27,7 @@ from ..catalogue.parameters import (
 )
 from ..catalogue.spellings import ParameterKey
 from ..records import ColumnMap
-from .checks import not_a_number, unknown, value_text
-from .errors import RigError
+from .checks import RigError, not_a_number, unknown, value_text
 
 EQUATIONS, VARIABLES = ehsid.plant_tables()
 # Section of the rig file below which each table has a section with its name.

@@ -15,7 +15,7 @@ from ..base.encoding import json_text
 from ..base.error_words import printable
 from ..base.files import write_text
 from ..catalogue.spellings import ParameterKey
-from ..fleet.ranking import Fleet, Machine
+from ..fleet import Fleet, Machine
 from . import rendering
 from .gap_words import effect_set, interval, named_effect, plain_name, unit_of, value_name
 from .page import Block, Cell, Link, Page, Picture, Section, Table, Tagged

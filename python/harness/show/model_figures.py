@@ -38,7 +38,7 @@ from ..models.identification.loop import LoopAnalysis, analyse_loop, to_control
 from ..models.identification.residuals import IndependenceTest, WhitenessTest
 from ..records import Origin
 from ..records.record import with_reading
-from .loop_blocks import limit_words
+from .model_blocks import limit_words
 from .model_file_names import IDENTIFICATION_FILES
 from .plotting import (
     BLUE,
@@ -47,12 +47,12 @@ from .plotting import (
     SKY,
     VERMILION,
     draw_band,
-    frequency_unit,
     stacked,
     styled,
     time_axis,
     write_figure,
 )
+from .units import frequency_unit
 
 FARTHEST = 1e4  # of the end of a band, in dB or degrees
 

@@ -66,11 +66,6 @@ def time_axis(dt_s: float | None, size: int) -> tuple[FloatArray, str]:
     ), "sample" if dt_s is None else "time in s"
 
 
-def frequency_unit(dt_s: float | None) -> str:
-    """Returns the unit of frequencies; without a sampling time these are per sample."""
-    return "cycles a sample" if dt_s is None else "Hz"
-
-
 def draw_band(
     axes: Axes, x: npt.ArrayLike, curves: npt.ArrayLike, alpha: float = 0.2, **line: Any
 ) -> str:

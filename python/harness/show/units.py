@@ -94,3 +94,8 @@ def percent_interval(estimate: Estimate) -> str:
 
 def _decimals(estimate: Estimate) -> int:
     return 1 if 100.0 * (estimate.high - estimate.low) < 2.0 else 0
+
+
+def frequency_unit(dt_s: float | None) -> str:
+    """Returns the unit of frequencies; without a sampling time these are per sample."""
+    return "cycles a sample" if dt_s is None else "Hz"

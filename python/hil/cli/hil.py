@@ -131,9 +131,8 @@ def hil_command(
     from ehsid.harness.signals.simulation import parse_settings
     from ehsid.harness.signals.simulation.settings import SignalOptions
 
-    from ..loop import LoopRun
     from ..page import UNFINISHED, copy_samples, file_names
-    from ..plan import WATCHDOG_MS
+    from ..plan import WATCHDOG_MS, LoopRun
     from ..result_file import Provenance
     from ..session import Session
     from ..transport import open_line

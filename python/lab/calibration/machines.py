@@ -20,8 +20,7 @@ from ehsid.harness.catalogue.parameters import effects as catalogue
 from ehsid.harness.diagnosis.schema import Estimate
 from ehsid.harness.diagnosis.search.maps import QUANTISATION
 
-from ..blind.making import Answer, Kind, read_answers
-from ..blind.seal import ANSWERS, RESULTS, SEAL, read_seal
+from ..blind import ANSWERS, RESULTS, SEAL, Answer, Kind, read_answers, read_seal
 from ..scoring.baselines import promises, transfer_of
 from ..scoring.figures import effect_errors
 from ..scoring.judging import (

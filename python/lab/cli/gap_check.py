@@ -15,8 +15,7 @@ from ehsid.harness.cli.console import Console, note, refuse
 from ehsid.harness.cli.options import AsJson, Dask, Workers, on
 from ehsid.harness.cli.progress import progress_of
 
-from ..blind.making import RESULT, make_check
-from ..blind.seal import EXCITATIONS, GRADES, SEAL, SENSORS, Seal, Settings, verify
+from ..blind import EXCITATIONS, GRADES, RESULT, SEAL, SENSORS, Seal, Settings, make_check, verify
 
 if TYPE_CHECKING:
     from ..scoring.score import Score
@@ -52,10 +51,10 @@ def made_or_found(out: Path, given: dict[str, Any], workers: int | None) -> Seal
 
 def run_cases(out: Path, seal: Seal, dask: str | None, workers: int | None) -> None:
     """Runs the diagnosis on all cases of a check that have no result yet."""
-    from ehsid.harness.cli.case_progress import shown
+    from ehsid.harness.cli.progress import shown
     from ehsid.harness.diagnosis import diagnose
 
-    from ..blind.running import run_check, unfinished_cases
+    from ..blind import run_check, unfinished_cases
 
     todo, count = len(unfinished_cases(out)), seal.settings.count
     if not todo:

@@ -12,8 +12,7 @@ from pathlib import Path
 import ehsid
 from ehsid.harness.base.parallel import Progress, run_tasks
 
-from ..blind.making import Answer, read_answers
-from ..blind.seal import ANSWERS, RESULTS, SEAL, Seal, read_seal
+from ..blind import ANSWERS, RESULTS, SEAL, Answer, Seal, read_answers, read_seal
 from .baselines import (
     Baseline,
     Control,

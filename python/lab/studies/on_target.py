@@ -14,8 +14,7 @@ import numpy as np
 import ehsid
 from ehsid.harness.rigs import Rig
 from ehsid.harness.signals.simulation import PositionController, draw_noise
-from ehsid.hil.loop import OfferedLoop
-from ehsid.hil.plan import WATCHDOG_MS, Plan, open_plan, with_servo
+from ehsid.hil.plan import WATCHDOG_MS, OfferedLoop, Plan, open_plan, with_servo
 
 from .comparison import Contender
 from .pages.recursive_sections import published_table

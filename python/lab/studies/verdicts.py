@@ -16,8 +16,7 @@ import numpy.typing as npt
 
 import ehsid
 from ehsid.harness.base.numbers import FloatArray
-from ehsid.harness.firmware.configuration import EstimatorConfiguration
-from ehsid.harness.firmware.seeding import configure_from_record
+from ehsid.harness.firmware.configuration import EstimatorConfiguration, configure_from_record
 from ehsid.harness.models.identification import IoData
 
 from . import MODEL_16, KnownPlant

@@ -35,9 +35,9 @@ from ehsid.hil.comparison import compare
 from ehsid.hil.configuration import ENDING, read_snapshot, restored, write_snapshot
 from ehsid.hil.faults import OnRequest, relayed
 from ehsid.hil.frames import HilError
+from ehsid.hil.messages import Stopped
 from ehsid.hil.page import UNFINISHED, copy_samples, file_names, write_reports
 from ehsid.hil.plan import Plan
-from ehsid.hil.requests import Stopped
 from ehsid.hil.result_file import Provenance
 from ehsid.hil.run import RunResult, run_plan
 from ehsid.hil.session import Session as HilSession

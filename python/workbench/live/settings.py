@@ -17,8 +17,7 @@ from ehsid.harness.rigs.new import published_rig
 from ehsid.harness.signals.simulation import parse_settings
 from ehsid.harness.signals.simulation.settings import SignalOptions
 from ehsid.hil.emulator import MACHINE
-from ehsid.hil.loop import LoopRun
-from ehsid.hil.plan import THIRD_ORDER, WATCHDOG_MS
+from ehsid.hil.plan import THIRD_ORDER, WATCHDOG_MS, LoopRun
 
 SIGNALS = ("multisine", "prbs", "steps", "chirp", "triangle")
 MACHINES = {"mps2-an386": "Cortex-M4F", "mps2-an500": "Cortex-M7"}

@@ -11,21 +11,20 @@ from typing import Any
 
 import panel as pn
 
-from ehsid.harness.catalogue.policies import METHODS, POLICIES, policies_of
+from ehsid.harness.catalogue.parameters import METHODS, POLICIES, policies_of
 from ehsid.harness.models.identification import IoData
 from ehsid.harness.records import Record
 from ehsid.harness.show.model_file_names import ESTIMATION_FILES
 from ehsid.harness.show.page import Block, Heading, Items, Note
 
 from .. import look
-from ..model_choice import set_method, set_policy, slider_values, value_of
 from ..model_look import (
     EstimateLook,
     look_of,
     read_estimate_look,
 )
 from ..model_plots import EstimatePlots
-from ..model_tasks import estimated, io_data
+from ..model_tasks import estimated, io_data, set_method, set_policy, slider_values, value_of
 from ..reading import reading_of
 from ..session import MOST_COEFFICIENTS, MOST_DELAY
 from .identification import Identification

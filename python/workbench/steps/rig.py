@@ -21,7 +21,7 @@ from ehsid.harness.catalogue.parameters import plant_parameters
 from ehsid.harness.catalogue.spellings import ParameterKey
 from ehsid.harness.diagnosis.schema import DiagnosisFile
 from ehsid.harness.rigs import Rig, RigError, read_rig
-from ehsid.harness.rigs.new import Entry, shown
+from ehsid.harness.rigs.new import shown
 from ehsid.harness.rigs.questions import (
     EXAMPLES,
     QUESTIONS,
@@ -31,7 +31,7 @@ from ehsid.harness.rigs.questions import (
     rig_file_text,
 )
 from ehsid.harness.rigs.rig import table_words
-from ehsid.harness.rigs.writing import Change, changes
+from ehsid.harness.rigs.rig_file import Change, Entry, changes
 from ehsid.harness.show.gap_words import first_upper, quantity, unit_of, value_name
 from ehsid.harness.show.page import Block, Folded, Heading, Items, Table, Tagged
 

@@ -6,7 +6,7 @@ from __future__ import annotations
 import pytest
 
 import ehsid
-from ehsid.harness.catalogue.policies import METHODS, POLICIES, policies_of
+from ehsid.harness.catalogue.parameters import METHODS, POLICIES, policies_of
 
 
 def estimator(method: str, policy: str) -> ehsid.ArxEstimator:

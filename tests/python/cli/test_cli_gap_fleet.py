@@ -305,7 +305,7 @@ def test_raw_logs_are_read_as_the_rig_files_and_the_options_say(
 def test_machines_are_the_same_whether_they_are_read_here_or_there(
     most: int, workers: str, here: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("ehsid.harness.fleet.running.MOST_SENT", most)
+    monkeypatch.setattr("ehsid.harness.fleet.MOST_SENT", most)
     fleet = here / "fleet"
     for name in ("press1", "press2"):
         shutil.rmtree(fleet / name)

@@ -29,7 +29,7 @@ from ehsid.hil.answers import Result, Safe, ServoResult
 from ehsid.hil.configuration import Configuration
 from ehsid.hil.faults import TO_TARGET, Device, Passing, Relay, relayed, undisturbed
 from ehsid.hil.frames import HilError, TargetReset, decode
-from ehsid.hil.requests import Sample
+from ehsid.hil.messages import Sample
 from ehsid.hil.session import Session
 from ehsid.hil.transport import EmulatedDevice, Line, open_line
 

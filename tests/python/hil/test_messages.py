@@ -17,8 +17,7 @@ from ehsid.harness.models.identification import ArxOrders
 from ehsid.hil.answers import Done, Identity, Refused, Result, Safe, ServoResult, parse_answer
 from ehsid.hil.configuration import Configuration, ControllerSettings
 from ehsid.hil.frames import BadFrame, HilError, Packet
-from ehsid.hil.messages import Reason, State, status_name
-from ehsid.hil.requests import Hello, Resume, Sample, Start, Stop
+from ehsid.hil.messages import Hello, Reason, Resume, Sample, Start, State, Stop, status_name
 
 LARGEST = float(np.finfo(np.float32).max)
 reals = st.floats(-LARGEST, LARGEST)

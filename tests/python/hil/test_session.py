@@ -26,7 +26,7 @@ from ehsid.hil import session as session_module
 from ehsid.hil.answers import Done, Result
 from ehsid.hil.faults import FAULTS, TO_HOST, TO_TARGET, Passing, Relay, fault, relayed, undisturbed
 from ehsid.hil.frames import HilError, TargetReset, encode
-from ehsid.hil.requests import Resume, Sample
+from ehsid.hil.messages import Resume, Sample
 from ehsid.hil.session import Session
 from ehsid.hil.transport import Line, open_line
 

@@ -25,9 +25,8 @@ from ehsid.hil.comparison import compare
 from ehsid.hil.configuration import read_snapshot, restored, taken, write_snapshot
 from ehsid.hil.faults import Relay, relayed
 from ehsid.hil.frames import HilError
-from ehsid.hil.loop import LoopRun, with_machine
-from ehsid.hil.plan import Plan
-from ehsid.hil.requests import Stopped
+from ehsid.hil.messages import Stopped
+from ehsid.hil.plan import LoopRun, Plan, with_machine
 from ehsid.hil.run import RECORD, Recording, RunResult, run_plan
 from ehsid.hil.session import Session
 from ehsid.hil.transport import Line, open_line

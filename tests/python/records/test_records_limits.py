@@ -18,7 +18,7 @@ from sources import ROOT
 from ehsid.harness.records import RecordError, errors, read_record
 from ehsid.harness.records.errors import BYTES, SAMPLES
 from ehsid.harness.rigs import read_rig
-from ehsid.harness.rigs.errors import RIG_BYTES, RigError
+from ehsid.harness.rigs.checks import RIG_BYTES, RigError
 
 NAMES = ("time_s", "command_v")
 COUNT = 2_000_000  # 16 MB of each array, a few kB compressed

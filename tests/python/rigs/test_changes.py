@@ -7,7 +7,7 @@ import pytest
 from sources import ROOT
 
 from ehsid.harness.rigs import Rig, read_rig
-from ehsid.harness.rigs.writing import changes
+from ehsid.harness.rigs.rig_file import changes
 
 BENCH = ROOT / "examples" / "rigs" / "bench.toml"
 

@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 from ehsid.harness.rigs import RigError, parse_rig
 from ehsid.harness.rigs.new import Entry, axis_entries, ehs_entries
 from ehsid.harness.rigs.quantities import Quantity, read_quantity
-from ehsid.harness.rigs.writing import commented_text
+from ehsid.harness.rigs.rig_file import commented_text
 
 # Units with their exact size in the unit of the rig.
 EXACT = {

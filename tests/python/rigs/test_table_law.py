@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from ehsid.harness.rigs import RigError, parse_rig
 from ehsid.harness.rigs.rig import EQUATIONS, VARIABLES, TableLaw
-from ehsid.harness.rigs.writing import rig_text
+from ehsid.harness.rigs.rig_file import rig_text
 from ehsid.harness.signals.simulation import simulate
 from ehsid.harness.signals.simulation.windows import simulate_windows
 

@@ -17,7 +17,7 @@ from hil_target import FakeDevice
 
 from ehsid.harness.records import read_record
 from ehsid.hil.faults import Relay, relayed
-from ehsid.hil.requests import Stopped
+from ehsid.hil.messages import Stopped
 from ehsid.workbench.jobs import Job, State
 from ehsid.workbench.live.runs import SERVED, LiveRuns, Requests
 from ehsid.workbench.live.settings import LiveSettings

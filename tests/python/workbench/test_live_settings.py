@@ -90,7 +90,7 @@ def test_the_command_means_the_same(
         seen.append(self)
         raise ReachedError
 
-    monkeypatch.setattr("ehsid.hil.loop.LoopRun.plan", stopped)
+    monkeypatch.setattr("ehsid.hil.plan.LoopRun.plan", stopped)
     words = shlex.split(command(settings))
     assert "ReachedError" in CliRunner().invoke(cli, words[1:]).stderr
     ours, theirs = dict(vars(read_settings(settings).run)), dict(vars(seen[0]))

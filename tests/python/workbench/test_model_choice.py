@@ -9,9 +9,9 @@ from pathlib import Path
 import pytest
 from app_sessions import BENCH, entry_of, german_log, read_session
 
-from ehsid.harness.catalogue.policies import POLICIES
+from ehsid.harness.catalogue.parameters import POLICIES
 from ehsid.workbench.flow import next_step, standings
-from ehsid.workbench.model_choice import (
+from ehsid.workbench.model_tasks import (
     adopt_found,
     recursion_of,
     set_method,

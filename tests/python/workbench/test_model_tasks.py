@@ -18,8 +18,7 @@ from ehsid.harness.show.rendering import text
 from ehsid.workbench import model_look
 from ehsid.workbench.downsampling import opened
 from ehsid.workbench.equivalent import commands, python
-from ehsid.workbench.model_choice import set_policy
-from ehsid.workbench.model_tasks import estimate_task, estimated, identify_task, io_data
+from ehsid.workbench.model_tasks import estimate_task, estimated, identify_task, io_data, set_policy
 from ehsid.workbench.session import Session
 
 FILES = ("identify.json", "estimate.json")

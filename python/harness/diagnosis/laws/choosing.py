@@ -27,8 +27,7 @@ from ..search.gap_reduction import WindowSums, mean_gap
 from ..search.intervals import LEVEL, candidate_covariance, matters
 from ..search.search import restrict
 from .fitting import LONG, with_one_law
-from .forms import describe
-from .menu import MENU, visited
+from .forms import MENU, describe, visited
 
 MOST_LAWS = 2
 # Prior cost of a law, nats: that of two effects, for its form is free, and of the choice among the

@@ -30,7 +30,7 @@ from ..model.parameters import Law
 from ..model.problem import Problem
 from ..model.separation import Relevance, quadratic, relevance
 from ..search.candidates import FittedCandidate
-from .menu import BY_DIRECTION, KNOTS, LOAD_PRESSURE, RATES, knots, knots_over, sizes, trajectories
+from .forms import BY_DIRECTION, KNOTS, LOAD_PRESSURE, RATES, knots, knots_over, sizes, trajectories
 
 # Variables of each equation: first those that a table can have, then those of linear terms.
 TABLES: Mapping[str, tuple[str, ...]] = MappingProxyType(

@@ -36,7 +36,7 @@ from ..result import UnknownInput
 from ..schema import SUBSYSTEM_TAKES_PART, Equation
 from ..search.candidates import FittedCandidate, decision_case, evaluate
 from .equation_terms import LINEAR, SUBSYSTEM, TABLES, EquationTerms, equation_terms
-from .menu import KNOTS, KNOTS_OF_TIME, knots, laws, trajectories
+from .forms import KNOTS, KNOTS_OF_TIME, knots, laws, trajectories
 
 # Steps of a short fit of each law of the menu, number of laws that get a long one, and its steps.
 SHORT, KEPT, LONG = 3, 4, 12

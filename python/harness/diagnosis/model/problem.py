@@ -26,10 +26,9 @@ from ...rigs import Rig
 from ...signals.simulation.run import OUTPUTS
 from ..deciding import INDEPENDENT, LEAST_TOLERANCE, TOLERANCE
 from .comparison import Compared
-from .likelihood import OutputLikelihood
 from .linear import Linear
 from .parameters import Law, Parameter, block_basis
-from .spectrum import BANDS, Spectrum
+from .spectrum import BANDS, OutputLikelihood, Spectrum
 
 # Only the shape of a position inside a window counts: a free run drifts.
 CENTRED = "position_m"

@@ -31,10 +31,10 @@ from ...signals.simulation import simulate
 from ..deciding import EVIDENCE
 from .comparison import Compared, compare
 from .fit import ITERATIONS, SUBSTEPS, fit
-from .likelihood import OutputLikelihood
 from .linear import Linear
 from .parameters import Parameter, calibration_parameters, effect_parameters
 from .problem import Problem
+from .spectrum import OutputLikelihood
 
 # Evidence for a name: odds of 150 to 1. A set is named in full where the odds are below ten to one,
 # so that half of this evidence would do.

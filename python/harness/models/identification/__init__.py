@@ -9,6 +9,14 @@
 from .arx import ArxModel, Regression, fit_arx, least_squares, regression
 from .candidates import Candidate, Criteria, Rejected, aic, criteria, fit_percent, fpe, loss, mdl
 from .data import ArxOrders, IdentificationError, IoData, TooFewSamplesError, UnexcitedError
+from .dynamics import (
+    Cancellation,
+    PolesZeros,
+    Roots,
+    nearest_cancellation,
+    poles_zeros,
+    stability_distance,
+)
 from .frequency import (
     Agreement,
     EstimatedResponse,
@@ -28,14 +36,6 @@ from .residuals import (
     predict_one_step,
     simulate,
     whiteness_test,
-)
-from .roots import (
-    Cancellation,
-    PolesZeros,
-    Roots,
-    nearest_cancellation,
-    poles_zeros,
-    stability_distance,
 )
 from .selection import IdentificationResult, identify
 

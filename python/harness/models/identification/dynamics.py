@@ -1,19 +1,201 @@
 # SPDX-License-Identifier: MIT
-"""What a model says of the plant: poles, zeros, gain, and the servo (5) where it is one.
-
-The gain of a model that integrates, as a position servo does: speed per unit of the command.
-"""
+"""What a model says of the plant: poles, zeros, gain and stability, each with its uncertainty."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
 import numpy as np
+import numpy.typing as npt
+import scipy.optimize
+import scipy.stats
 
 import ehsid
 
+from ...base.numbers import FloatArray
 from .arx import ArxModel
-from .roots import Roots, poles_zeros
+
+ComplexArray = npt.NDArray[np.complex128]
+
+# The delta method treats a root as a linear function of the coefficients. This does not hold near
+# another root: there the relative error of the linear term is of the order deviation / distance.
+CLEAR_OF_OTHERS = 3.0
+
+# Number of angles at which the unit circle is searched for a root, and number of points at which
+# the real axis is searched.
+N_ANGLES = 4097
+N_PLACES = 801
+
+
+@dataclass(frozen=True, eq=False)
+class Roots:
+    """Roots of a polynomial with estimated coefficients."""
+
+    values: ComplexArray
+    """Shape (n,), roots in the z plane, by decreasing modulus."""
+    covariance: FloatArray
+    """Shape (n, 2, 2), covariance of real and imaginary part of each root, to first order."""
+    reliable: npt.NDArray[np.bool_]
+    """Shape (n,), false where the nearest other root is closer than 3 standard deviations, as at a
+    double root. The covariance of such a root must not be used."""
+
+    @property
+    def modulus_deviation(self) -> FloatArray:
+        """Standard deviation of |root|, shape (n,)."""
+        size = np.abs(self.values)
+        away = np.column_stack((self.values.real, self.values.imag))
+        # At the origin the modulus has no derivative. Any direction will do; the real axis is used.
+        unit = np.where(
+            size[:, None] > 0.0, away / np.where(size > 0.0, size, 1.0)[:, None], [1.0, 0.0]
+        )
+        variance = np.einsum("ni,nij,nj->n", unit, self.covariance, unit)
+        return np.asarray(np.sqrt(variance), dtype=np.float64)
+
+
+@dataclass(frozen=True, eq=False)
+class PolesZeros:
+    """Poles, zeros of G(z) = z^-nk (b1 + .. + b_nb z^-(nb-1)) / (1 + a1 z^-1 + .. + a_na z^-na)."""
+
+    poles: Roots
+    zeros: Roots
+    """Roots of z^na A and of z^(nb-1) B."""
+    origin_poles: int
+    origin_zeros: int
+    """Number of further poles and zeros at z = 0; they follow from na, nb and nk without error."""
+
+
+def poles_zeros(model: ArxModel) -> PolesZeros:
+    """Returns poles and zeros of a model with their covariances by the delta method.
+
+    Parameters
+    ----------
+    model
+        estimated model.
+    """
+    na, nb, nk = model.orders.na, model.orders.nb, model.orders.nk
+    in_a, in_b = slice(0, na), slice(na, na + nb)
+    a = np.concatenate(([1.0], model.a))
+    of_a = np.zeros((na + 1, na + 1))  # the leading coefficient 1 has no uncertainty
+    of_a[1:, 1:] = model.covariance[in_a, in_a]
+    excess = na - nk - nb + 1
+    return PolesZeros(
+        _estimated_roots(a, of_a),
+        _estimated_roots(model.b, model.covariance[in_b, in_b]),
+        origin_poles=max(-excess, 0),
+        origin_zeros=max(excess, 0),
+    )
+
+
+def stability_distance(model: ArxModel) -> float:
+    """Distance of the model from the stability limit, in standard deviations.
+
+    A has a root on the unit circle at angle w if A(e^jw) = 0. These are two linear equations in
+    the coefficients a, or one for z = 1 or -1. The distance is the minimum over w of
+    sqrt(r' (C cov C')^-1 r) with r = (Re A, Im A). Unlike the standard deviations of single roots
+    it is also valid for double roots.
+    """
+    na = model.orders.na
+    cov = model.covariance[:na, :na]
+    powers = np.arange(1, na + 1)
+    least = np.inf
+    for angle in np.linspace(0.0, np.pi, N_ANGLES):
+        c = np.exp(-1j * angle * powers)
+        value = 1.0 + c @ model.a
+        if angle in (0.0, np.pi):
+            least = min(least, _wald(np.array([value.real]), c.real[None, :], cov))
+        else:
+            rows = np.vstack((c.real, c.imag))
+            least = min(least, _wald(np.array([value.real, value.imag]), rows, cov))
+    return float(np.sqrt(least))
+
+
+@dataclass(frozen=True)
+class Cancellation:
+    """Common root of A and B for which the data give the least evidence against."""
+
+    place: complex
+    """Position of the root in the upper half of the z plane; a complex root stands for its pair."""
+    p_value: float
+    """p-value of the hypothesis that A and B share this root. If it is large, the data do not rule
+    out a lower order."""
+
+
+def nearest_cancellation(model: ArxModel) -> Cancellation | None:
+    """Returns the result of the Wald test for a common root of A and B; None if B has no root.
+
+    A(r) = B(r) = 0 is linear in the coefficients for a given r: two equations for a real r, four
+    for a complex r. The minimum of the squared distance over r is chi-squared distributed, with
+    one degree of freedom for a real r and two for a complex r.
+    """
+    na, nb = model.orders.na, model.orders.nb
+    if nb < 2:
+        return None
+    own = poles_zeros(model)
+    starts = np.concatenate((own.poles.values, own.zeros.values))
+    cov = model.covariance[: na + nb, : na + nb]
+    theta = model.theta[: na + nb]
+
+    def distance(place: complex) -> float:
+        rows = np.zeros((2, na + nb), dtype=np.complex128)
+        rows[0, :na] = place ** np.arange(na - 1, -1, -1)
+        rows[1, na:] = place ** np.arange(nb - 1, -1, -1)
+        value = rows @ theta + np.array([place**na, 0.0])
+        if place.imag == 0.0:
+            return _wald(value.real, rows.real, cov)
+        return _wald(
+            np.concatenate((value.real, value.imag)), np.vstack((rows.real, rows.imag)), cov
+        )
+
+    def at_pair(x: FloatArray) -> float:
+        return distance(complex(x[0], x[1]))
+
+    places = np.sort(np.concatenate((starts.real, np.linspace(-2.0, 2.0, N_PLACES))))
+    at = np.array([distance(complex(place)) for place in places])
+    low = int(np.argmin(at))
+    bounds = (places[max(low - 1, 0)], places[min(low + 1, places.size - 1)])
+    real = scipy.optimize.minimize_scalar(lambda x: distance(complex(x)), bounds=bounds)
+    best = Cancellation(complex(real.x), float(scipy.stats.chi2.sf(min(real.fun, at[low]), 1)))
+    if na >= 2 and nb >= 3:
+        for start in starts[starts.imag > 0.0]:
+            fit = scipy.optimize.minimize(
+                at_pair, np.array([start.real, start.imag]), method="Nelder-Mead"
+            )
+            p_value = float(scipy.stats.chi2.sf(fit.fun, 2))
+            if p_value > best.p_value and fit.x[1] > 0.0:
+                best = Cancellation(complex(fit.x[0], fit.x[1]), p_value)
+    return best
+
+
+def _estimated_roots(coefficients: FloatArray, covariance: FloatArray) -> Roots:
+    """Returns the roots of p(z) = c0 z^n + .. + cn with their covariances.
+
+    dr/dc_i = -r^(n-i) / p'(r), by implicit differentiation.
+    """
+    values = np.asarray(np.roots(coefficients), dtype=np.complex128)
+    values = values[np.lexsort((-values.imag, -np.abs(values)))]
+    degree = coefficients.size - 1
+    slope = np.polyval(np.polyder(coefficients), values)
+    with np.errstate(divide="ignore", over="ignore", invalid="ignore"):
+        gradient = -(values[:, None] ** np.arange(degree, -1, -1)) / slope[:, None]
+        jacobian = np.stack((gradient.real, gradient.imag), axis=1)
+        spread = jacobian @ covariance @ jacobian.transpose(0, 2, 1)
+    reliable = np.isfinite(spread).all(axis=(1, 2))
+    for i in np.flatnonzero(reliable):
+        others = np.abs(np.delete(values, i) - values[i])
+        widest = float(np.sqrt(max(np.linalg.eigvalsh(spread[i])[-1], 0.0)))
+        reliable[i] = others.size == 0 or others.min() > CLEAR_OF_OTHERS * widest
+    return Roots(values, spread, reliable)
+
+
+def _wald(value: FloatArray, rows: FloatArray, covariance: FloatArray) -> float:
+    """Returns the Wald statistic v' (C cov C')^-1 v; infinite if C cov C' is singular."""
+    scale = np.linalg.norm(rows, axis=1)
+    rows, value = rows / scale[:, None], value / scale
+    try:
+        return max(float(value @ np.linalg.solve(rows @ covariance @ rows.T, value)), 0.0)
+    except np.linalg.LinAlgError:
+        return np.inf
+
 
 # A pole counts as an integrator if it cannot be told from z = 1 at this many deviations.
 DEVIATIONS = 3.0

@@ -1,8 +1,7 @@
 # SPDX-License-Identifier: MIT
 """Test signals for identification: arrays of the command, in the unit of the command."""
 
-from .excitation import Excitation, fit_to_travel, travel
-from .multisine import multisine, odd_multisine
+from .excitation import Excitation, fit_to_travel, multisine, odd_multisine, travel
 from .shapes import SIGNALS, chirp, named_signal, prbs, random_steps, triangle, triangle_length
 
 __all__ = [

@@ -22,7 +22,7 @@ import scipy.signal
 from scipy.signal import max_len_seq, sawtooth
 
 from ...base.numbers import FloatArray
-from .multisine import odd_multisine
+from .excitation import odd_multisine
 
 
 def chirp(

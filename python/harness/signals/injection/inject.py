@@ -31,7 +31,6 @@ from ...records.writing import record_bytes
 from ...rigs import Rig
 from . import effects as on_command
 from . import effects as on_position
-from .delay import before_delay, behind_delay
 from .effects import (
     COMMAND,
     GAIN_OF,
@@ -44,7 +43,7 @@ from .effects import (
     check,
     does_not_pass,
 )
-from .lag import Answer, before_lag, file_of
+from .lag import Answer, before_delay, before_lag, behind_delay, file_of
 
 # Effects behind the spool. A measured spool position must be changed by their pre-images, too.
 BEHIND_SPOOL = ("gain", "valve_dead_band", "valve_dead_band_sides", "valve_null_bias")

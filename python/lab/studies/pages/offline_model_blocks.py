@@ -20,7 +20,7 @@ from ehsid.harness.models.identification import (
     PolesZeros,
     Roots,
 )
-from ehsid.harness.show.loop_blocks import place
+from ehsid.harness.show.model_blocks import place
 from ehsid.harness.show.model_figures import bode, bode_figure, draw_correlation
 from ehsid.harness.show.page import Block, Picture, Table
 from ehsid.harness.show.plotting import BLUE, GREY, SKY, VERMILION, stacked, styled, time_axis

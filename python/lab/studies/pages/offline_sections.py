@@ -6,7 +6,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from ehsid.harness.models.identification import FrequencyResponse, Preprocessed
-from ehsid.harness.show.loop_blocks import loop_blocks
+from ehsid.harness.show.model_blocks import loop_blocks
 from ehsid.harness.show.page import Block, Section, Table
 
 from ..attempts import Attempt

@@ -11,7 +11,7 @@ from collections.abc import Mapping
 import numpy as np
 from matplotlib.figure import Figure
 
-from ehsid.harness.show.loop_blocks import loop_blocks
+from ehsid.harness.show.model_blocks import loop_blocks
 from ehsid.harness.show.page import Block, Picture, Section, Table
 from ehsid.harness.show.plotting import draw_band, stacked, styled
 from ehsid.harness.show.units import percent

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from gap_cases import DT_S, OFF, RIG, record
 
-from ehsid.harness.diagnosis.laws.menu import KNOTS, KNOTS_OF_TIME, MENU, laws, visited
+from ehsid.harness.diagnosis.laws.forms import KNOTS, KNOTS_OF_TIME, MENU, laws, visited
 from ehsid.harness.diagnosis.model.case import make_case
 from ehsid.harness.diagnosis.search.candidates import nominal_candidate
 from ehsid.harness.records import make_record

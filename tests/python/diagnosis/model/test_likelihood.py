@@ -9,8 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from made_spectra import spectrum_of
 
-from ehsid.harness.diagnosis.model.likelihood import OutputLikelihood
-from ehsid.harness.diagnosis.model.spectrum import BANDS
+from ehsid.harness.diagnosis.model.spectrum import BANDS, OutputLikelihood
 
 # Two records whose windows have the same length, and a third with shorter ones.
 SHAPES = [(3, 40), (2, 40), (2, 12)]

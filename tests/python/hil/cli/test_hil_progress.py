@@ -12,7 +12,7 @@ import pytest
 import ehsid
 from ehsid.harness.cli.console import Console
 from ehsid.hil.answers import Result, ServoResult
-from ehsid.hil.cli.progress import live, state_text
+from ehsid.hil.cli.runs import live, state_text
 from ehsid.hil.session import Counters
 
 RESULT = Result(

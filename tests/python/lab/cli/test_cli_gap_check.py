@@ -17,8 +17,8 @@ import ehsid
 from ehsid.harness.base.error_words import install_line
 from ehsid.harness.base.time_to_go import in_words
 from ehsid.harness.cli import cli
-from ehsid.harness.cli.case_progress import shown
 from ehsid.harness.cli.console import Console
+from ehsid.harness.cli.progress import shown
 from ehsid.harness.diagnosis.job import Outcome
 from ehsid.harness.diagnosis.result import Diagnosis
 
@@ -114,8 +114,7 @@ def test_other_settings_on_the_same_folder_are_refused(
 @pytest.fixture(scope="module")
 def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
     from ehsid.harness.base.parallel import workers
-    from ehsid.lab.blind.making import make_check
-    from ehsid.lab.blind.seal import Settings
+    from ehsid.lab.blind import Settings, make_check
 
     out = tmp_path_factory.mktemp("made") / "check"
     with workers(1):

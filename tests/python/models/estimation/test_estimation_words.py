@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import ehsid
-from ehsid.harness.catalogue.policies import METHODS
+from ehsid.harness.catalogue.parameters import METHODS
 from ehsid.harness.models.estimation import Estimate
 from ehsid.harness.models.estimation.advice import (
     Advice,

@@ -9,8 +9,12 @@ from identification_truth import arx_output
 
 import ehsid
 from ehsid.harness.models.identification import ArxModel, ArxOrders, IoData, fit_arx
-from ehsid.harness.models.identification.dynamics import dynamics, integrator, velocity_gain
-from ehsid.harness.models.identification.roots import poles_zeros
+from ehsid.harness.models.identification.dynamics import (
+    dynamics,
+    integrator,
+    poles_zeros,
+    velocity_gain,
+)
 
 DT_S = 1e-3
 SERVO = ehsid.ContinuousServo(gain=0.03, omega_n=120.0, xi=0.4)

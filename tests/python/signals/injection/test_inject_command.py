@@ -10,14 +10,13 @@ from hypothesis.extra.numpy import arrays
 from scipy.signal import cont2discrete, dlsim
 
 from ehsid.harness.signals.injection import InjectError
-from ehsid.harness.signals.injection.delay import before_delay, behind_delay
 from ehsid.harness.signals.injection.effects import (
     before_bias,
     before_dead_band,
     before_gain,
     before_play,
 )
-from ehsid.harness.signals.injection.lag import before_lag
+from ehsid.harness.signals.injection.lag import before_delay, before_lag, behind_delay
 
 FloatArray = npt.NDArray[np.float64]
 

@@ -11,7 +11,7 @@ import pytest
 from identification_truth import A16, B16, arx_output, model16
 
 from ehsid.harness.models.identification import FrequencyResponse, IoData, Preprocessing
-from ehsid.harness.show.loop_blocks import limit_words, loop_blocks
+from ehsid.harness.show.model_blocks import limit_words, loop_blocks
 from ehsid.harness.show.model_figures import bode, bode_figure
 from ehsid.harness.show.page import Page, Picture, Section, Table
 from ehsid.harness.show.rendering import render_page

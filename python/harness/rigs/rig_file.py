@@ -1,30 +1,42 @@
 # SPDX-License-Identifier: MIT
-"""Reads a rig from TOML."""
+"""Reads and writes a rig file, which is TOML.
+
+A file can be written with a comment on each value: what it is and where it comes from. Another
+function says what differs between two rigs: values that moved, were added, or were left out.
+"""
 
 from __future__ import annotations
 
+import math
 import os
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, cast
 
+import tomli_w
+
+from ..base.error_words import printable
+from ..base.files import write_text
 from ..catalogue.channels import CHANNELS
-from ..catalogue.parameters import PLANTS, effects, parameter_keys
+from ..catalogue.parameters import PLANTS, effects, parameter_keys, plant_parameters
 from ..catalogue.spellings import effect_values
 from ..records import ColumnMap
 from ..records.errors import nearest_name
 from ..records.layout import is_convertible, usual_units
 from .checks import (
+    RigError,
     check_complete,
     check_relations,
     check_sensors,
     check_uncertainty,
     check_values,
+    parse_toml,
+    read_text,
     unknown,
     unknown_effect,
     value_text,
 )
-from .errors import RigError, parse_toml, read_text
 from .rig import PlantName, Rig, parse_tables
 
 TABLES = ("uncertainty", "sensors", "effects", "columns")
@@ -173,3 +185,149 @@ def _columns(table: Mapping[str, Any], problems: list[str]) -> dict[str, ColumnM
             continue
         columns[key] = ColumnMap(entry["name"], unit)
     return columns
+
+
+def rig_text(rig: Rig) -> str:
+    """Returns the rig as TOML text; reading this text gives exactly the same rig."""
+    document: dict[str, Any] = {"name": rig.name, "plant": rig.plant}
+    for name, value in rig.values.items():
+        *sections, key = name.split(".")
+        table = document
+        for section in sections:
+            table = table.setdefault(section, {})
+        table[key] = value
+    for name, law in rig.tables.items():
+        tables = document.setdefault("effects", {}).setdefault("table", {})
+        tables[name] = {
+            "adds_to": law.adds_to,
+            "of": law.of,
+            "knots": list(law.knots),
+            "values": list(law.values),
+        }
+    if rig.uncertainty:
+        document["uncertainty"] = dict(rig.uncertainty)
+    if rig.sensors:
+        document["sensors"] = dict(rig.sensors)
+    if rig.columns:
+        document["columns"] = {
+            key: {"name": column.name} | ({"unit": column.unit} if column.unit else {})
+            for key, column in rig.columns.items()
+        }
+    return tomli_w.dumps(document)
+
+
+def write_rig(rig: Rig, path: str | os.PathLike[str]) -> None:
+    """Writes the rig to a file under a temporary name, then renames the file.
+
+    Raises
+    ------
+    RigError
+        the file cannot be written.
+    """
+    path = Path(path)
+    try:
+        write_text(path, rig_text(rig))
+    except (OSError, ValueError) as error:  # ValueError: a zero byte in the path
+        reason = error.strerror if isinstance(error, OSError) else error
+        raise RigError(path, [f"cannot be written ({reason})"]) from None
+
+
+WIDTH = 43
+
+
+@dataclass(frozen=True)
+class Entry:
+    """A value of a rig with its origin."""
+
+    key: str
+    """Full name, such as "cylinder.bore_m" or "sensors.spool_noise"."""
+    value: float
+    """In the unit of the rig file."""
+    sigma: float | None
+    """Relative 1-sigma; None for a sensor."""
+    given: bool
+    """Whether the user gave it; else it is typical."""
+    shown: str
+    """The value in the units of engineers."""
+    why: str
+    """Reason of the value or of its uncertainty, in plain words."""
+
+
+def commented_text(name: str, plant: str, entries: Sequence[Entry]) -> str:
+    """Returns the rig as TOML text with comments; reading it gives exactly these values."""
+    lines = [
+        "# Made by `ehsid rig new`. Pressures are absolute, and everything is in SI units.",
+        "# Each value says whether it was given or is typical; better values make a better rig.",
+        tomli_w.dumps({"name": name, "plant": plant}).rstrip("\n"),
+    ]
+    section = ""
+    for entry in sorted(entries, key=lambda entry: _place(entry.key)):
+        *sections, key = entry.key.split(".")
+        if ".".join(sections) != section:
+            section = ".".join(sections)
+            lines += ["", f"[{section}]"]
+            if section == "sensors":
+                lines[-1] += "  # standard deviations of the noise"
+        lines.append(f"{f'{key} = {entry.value!r}':<{WIDTH}} # {_comment(entry)}")
+    lines += ["", "[uncertainty]  # relative 1-sigma"]
+    for entry in entries:
+        if entry.sigma is not None:
+            reason = entry.why if entry.given else "typical value"
+            text = f'"{entry.key}" = {entry.sigma!r}'
+            lines.append(f"{text:<{WIDTH}} # {printable(reason)}")
+    return "\n".join(lines) + "\n"
+
+
+def _place(key: str) -> tuple[int, str]:
+    """Order of the sections in the file."""
+    order = ("cylinder", "load", "valve", "supply", "fluid", "axis", "effects", "sensors")
+    section = key.rpartition(".")[0]
+    return order.index(section.split(".")[0]), section
+
+
+def _comment(entry: Entry) -> str:
+    parameter = plant_parameters().get(entry.key)
+    meaning = "" if parameter is None else f"{parameter.meaning}: "
+    origin = f"given as {entry.shown}" if entry.given else f"{entry.shown}, typical: {entry.why}"
+    if entry.given and entry.sigma is not None and " has this area" in entry.why:
+        origin = f"{entry.shown}: {entry.why}"
+    return printable(meaning + origin)
+
+
+@dataclass(frozen=True)
+class Change:
+    """A value that differs, by its full name, in SI; None where a rig does not have it."""
+
+    key: str
+    before: float | None
+    after: float | None
+
+    @property
+    def share(self) -> float | None:
+        """Change as a share of the value before; None where there is no such share."""
+        if self.before is None or self.after is None or self.before == 0.0:
+            return None
+        return (self.after - self.before) / abs(self.before)
+
+
+def changes(before: Rig, after: Rig, *, least: float = 0.0) -> list[Change]:
+    """Returns what differs: first the values of `before` in their order, then those added.
+
+    Parameters
+    ----------
+    before, after
+        the two rigs.
+    least
+        share of a value below which its change is left out.
+    """
+    found = [
+        Change(key, before.values.get(key), after.values.get(key))
+        for key in {**before.values, **after.values}
+    ]
+    return [one for one in found if not _same(one, least)]
+
+
+def _same(change: Change, least: float) -> bool:
+    if change.before is None or change.after is None:
+        return False
+    return math.isclose(change.before, change.after, rel_tol=least)

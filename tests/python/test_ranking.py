@@ -14,7 +14,7 @@ from matplotlib.collections import PathCollection
 from offline_pages import read
 from published_schemas import check_file
 
-from ehsid.harness.fleet.ranking import Fleet, read_fleet
+from ehsid.harness.fleet import Fleet, read_fleet
 from ehsid.harness.show.fleet_page import (
     fleet_figure,
     fleet_lead,

@@ -20,8 +20,12 @@ from ehsid.harness.diagnosis.model.separation import (
     parameters_of,
     separations,
 )
-from ehsid.harness.diagnosis.next.menu import MENU, simulate_experiment
-from ehsid.harness.diagnosis.next.next_experiment import next_experiment, runnable
+from ehsid.harness.diagnosis.next_experiment import (
+    MENU,
+    next_experiment,
+    runnable,
+    simulate_experiment,
+)
 from ehsid.harness.records import Record, make_record
 from ehsid.harness.rigs import Rig, read_rig
 from ehsid.harness.signals.excitation import multisine

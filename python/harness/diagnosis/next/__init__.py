@@ -1,2 +1,0 @@
-# SPDX-License-Identifier: MIT
-"""Design of the next experiment, which separates causes that the records cannot separate."""

@@ -1,2 +1,0 @@
-# SPDX-License-Identifier: MIT
-"""Fleets: each of many machines is diagnosed, then the machines are ranked."""

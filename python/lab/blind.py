@@ -1,0 +1,367 @@
+# SPDX-License-Identifier: MIT
+"""Blind checks: cases with separate answers, one seal for all files, and their diagnoses."""
+
+from __future__ import annotations
+
+import functools
+import json
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import asdict, dataclass, field, replace
+from pathlib import Path
+from typing import Any, Literal, cast
+
+import msgspec
+import numpy as np
+
+import ehsid
+from ehsid.harness.base.encoding import from_json, json_text
+from ehsid.harness.base.exchange import FOLDER, sha256_of
+from ehsid.harness.base.files import is_incomplete, result_folder, write_text
+from ehsid.harness.base.parallel import Progress, run_tasks
+from ehsid.harness.diagnosis.job import (
+    DIAGNOSIS,
+    ERROR,
+    Diagnose,
+    Job,
+    Outcome,
+    failure,
+    run_and_keep,
+    run_job,
+)
+from ehsid.harness.diagnosis.job import (
+    RESULT as CASE_RESULT,
+)
+from ehsid.harness.diagnosis.options import DEFAULTS, DiagnosisOptions
+from ehsid.harness.diagnosis.result import Diagnosis, diagnosis_text
+from ehsid.harness.records import Record, read_record
+from ehsid.harness.rigs import read_rig, write_rig
+
+SENSORS = ("position", "pressures", "pressures+supply", "pressures+supply+spool")
+GRADES = ("plain", "hard", "confusable", "slow", "wide")
+# Sets of excitations of the grade `wide`. Constants that are fitted on one set can be judged on the
+# other.
+EXCITATIONS = ("all", "training", "validation")
+
+# Number of case seeds that belong to one check; no case seed belongs to two checks.
+SEEDS = 100_000
+LEAST_SECONDS, MOST_SECONDS = 2.0, 120.0
+
+
+@dataclass(frozen=True)
+class Settings:
+    """Settings that determine the cases, together with the version of ehsid."""
+
+    seed: int = 1
+    """1 or more; checks with different seeds have no case in common."""
+    count: int = 40
+    """Number of cases, 1 to `SEEDS`."""
+    grades: tuple[str, ...] = GRADES
+    """Taken by the cases in turn, so each grade has an equal share. The score reports each grade
+    separately; equal shares make the widest confidence interval as narrow as possible."""
+    sensors: str | None = None
+    """Sensors of all cases; None: a mix."""
+    seconds: float | None = None
+    """Length of each record, s; None: drawn for each case, 8 to 20 s (slow ones: 30 to 60 s)."""
+    exclude_truth: bool = False
+    """Whether each case has one effect of the catalogue that the diagnosis must leave out."""
+    excitations: str = "all"
+    """Set of which the excitations are drawn; other sets than "all" need grade `wide` alone."""
+
+    def __post_init__(self) -> None:
+        problem = self._problem()
+        if problem:
+            raise ValueError(problem)
+
+    def _problem(self) -> str | None:
+        if self.seed < 1:
+            return f"--seed {self.seed}: expected 1 or more"
+        if not 1 <= self.count <= SEEDS:
+            return f"--count {self.count}: expected 1 to {SEEDS}"
+        for grade in self.grades:
+            if grade not in GRADES:
+                return f"--grade '{grade}': expected one of {', '.join(GRADES)}"
+        if not self.grades or len(set(self.grades)) < len(self.grades):
+            return "--grade: name each grade once"
+        if self.sensors is not None and self.sensors not in SENSORS:
+            return f"--sensors '{self.sensors}': expected one of {', '.join(SENSORS)}"
+        if self.seconds is not None and not LEAST_SECONDS <= self.seconds <= MOST_SECONDS:
+            return (
+                f"--seconds {self.seconds:g}: expected {LEAST_SECONDS:g} to {MOST_SECONDS:g}; "
+                "without it lengths of 8 to 20 s are drawn"
+            )
+        if self.excitations not in EXCITATIONS:
+            return f"--excitations '{self.excitations}': expected one of {', '.join(EXCITATIONS)}"
+        if self.excitations != "all" and self.grades != ("wide",):
+            return f"--excitations {self.excitations}: only grade 'wide' has sets; add --grade wide"
+        return None
+
+    def with_given(self, given: Mapping[str, Any]) -> Settings:
+        """Returns these settings, with those of the given values that are not None."""
+        return replace(self, **{name: value for name, value in given.items() if value is not None})
+
+    def plain(self) -> dict[str, Any]:
+        """Returns the settings as plain data for a JSON file."""
+        return asdict(self) | {"grades": list(self.grades)}
+
+    def differences(self, other: Settings) -> list[str]:
+        """Describes each setting that differs from the other's, such as "count 40, not 20"."""
+        mine, others = self.plain(), other.plain()
+        return [
+            f"{name} {_word(mine[name])}, not {_word(others[name])}"
+            for name in mine
+            if mine[name] != others[name]
+        ]
+
+
+def _word(value: Any) -> str:
+    if isinstance(value, list):
+        return "+".join(value)
+    return "drawn" if value is None else str(value).lower()
+
+
+SEAL = "seal.json"
+ANSWERS = "answers.json"
+CASES, TRANSFER, RESULTS = "cases", "transfer", "results"
+
+
+@dataclass(frozen=True)
+class Seal:
+    """Digests of the files of a check, and how the check was made."""
+
+    answers_sha256: str
+    """SHA-256 of `answers.json`."""
+    files: dict[str, str]
+    """SHA-256 of all files in `cases` and `transfer`, by path below the check's folder."""
+    settings: Settings
+    """Settings with which the cases were made."""
+    ehsid_version: str
+    """Version of ehsid that made them."""
+
+
+def _sealed_files(out: Path) -> Iterator[Path]:
+    for name in (CASES, TRANSFER):
+        yield from sorted(path for path in (out / name).rglob("*") if path.is_file())
+
+
+def write_seal(out: Path, settings: Settings) -> Seal:
+    """Writes the seal of the answers, cases and transfer records in the folder, and returns it."""
+    seal = Seal(
+        sha256_of(out / ANSWERS),
+        {path.relative_to(out).as_posix(): sha256_of(path) for path in _sealed_files(out)},
+        settings,
+        ehsid.__version__,
+    )
+    write_text(out / SEAL, json_text(seal, indent=1))
+    return seal
+
+
+def read_seal(out: Path) -> Seal:
+    """Reads the seal of a check.
+
+    Raises
+    ------
+    ValueError
+        there is no seal, or it cannot be read.
+    """
+    path = out / SEAL
+    try:
+        return from_json(path.read_bytes(), Seal)
+    except FileNotFoundError:
+        raise ValueError(
+            f"{path}: there is no such file: expected a check; name a folder that ehsid gap-check "
+            "has made"
+        ) from None
+    except (msgspec.DecodeError, UnicodeDecodeError) as error:
+        raise ValueError(f"{path}: not a seal: {error}; make the check anew elsewhere") from None
+
+
+def verify(out: Path) -> Seal:
+    """Compares every file with the seal, and returns the seal.
+
+    Raises
+    ------
+    ValueError
+        a file has changed, is missing or was added; the message names it.
+    """
+    seal = read_seal(out)
+    mend = "restore it, or make the check anew in another folder"
+    digests = {ANSWERS: seal.answers_sha256, **seal.files}
+    for name, digest in digests.items():
+        path = out / name
+        if not path.is_file():
+            raise ValueError(f"{path}: sealed, and now missing; {mend}")
+        if sha256_of(path) != digest:
+            raise ValueError(f"{path}: changed since it was sealed; {mend}")
+    for path in _sealed_files(out):
+        if path.relative_to(out).as_posix() not in seal.files:
+            raise ValueError(f"{path}: added since the check was sealed; move it away")
+    return seal
+
+
+# Name of the result in its folder.
+RESULT = "gap-check-cases"
+Making = Callable[[], tuple[str, dict[str, Any]]]
+
+
+def make_check(out: Path, settings: Settings, progress: Progress | None = None) -> Seal:
+    """Writes `cases`, `transfer`, `answers.json` and `seal.json` into a new folder.
+
+    All files are put in place together at the end. A folder without a seal is no check.
+
+    Raises
+    ------
+    ValueError
+        the folder has files already, or two cases have the same name.
+    ImportError
+        numba is not installed.
+    """
+    names = (f"{CASES}/*", f"{TRANSFER}/*", ANSWERS, SEAL)
+    with result_folder(out, RESULT, names) as folder:
+        if any(path.name != FOLDER for path in out.iterdir()):
+            raise ValueError(f"--out {out}: has files, but no {SEAL} of a check; name a new folder")
+        answers = run_tasks(making_tasks(folder, settings), progress)
+        if len(dict(answers)) < settings.count:
+            raise ValueError(f"--seed {settings.seed}: two cases drew one name; take another seed")
+        write_text(folder / ANSWERS, json.dumps(dict(sorted(answers)), indent=1) + "\n")
+        return write_seal(folder, settings)
+
+
+def making_tasks(folder: Path, settings: Settings) -> Sequence[Making]:
+    """Returns a task for each case; a task writes the case and returns its name and answer."""
+    # The package `reality` needs an optional dependency, so it is imported only here.
+    from .reality.batch import write_drawn_case
+    from .reality.case import Sensors
+    from .reality.effects import CATALOGUE
+    from .reality.excitation import ExcitationSet
+    from .reality.variants import Grade
+
+    ids = [
+        str(effect) for effect in np.random.default_rng(settings.seed).permutation(list(CATALOGUE))
+    ]
+    return [
+        functools.partial(
+            write_drawn_case,
+            folder / CASES,
+            SEEDS * settings.seed + i,
+            cast(Grade, settings.grades[i % len(settings.grades)]),
+            # The effects take turns, so each is left out about as often as any other.
+            kind="one" if settings.exclude_truth else None,
+            effects=[ids[i % len(ids)]] if settings.exclude_truth else None,
+            sensors=cast(Sensors | None, settings.sensors),
+            seconds=settings.seconds,
+            transfer=folder / TRANSFER,
+            among=cast(ExcitationSet, settings.excitations),
+        )
+        for i in range(settings.count)
+    ]
+
+
+Kind = Literal["one", "two", "none", "params", "open"]
+
+
+@dataclass(frozen=True)
+class Answer:
+    """The withheld truth of a case."""
+
+    kind: Kind
+    """"one" or "two" effects of the catalogue, "none", "params" (wrong values only), or "open" (an
+    effect outside of the catalogue)."""
+    grade: str
+    plant: str
+    sensors: str
+    excitation: tuple[str, ...]
+    """As the generator names them; excitation of the fitted and of the held-out record."""
+    effects: Mapping[str, Mapping[str, float]]
+    """Sizes by effect and parameter, SI."""
+    subsystem: tuple[str, ...]
+    """Subsystems of the effects."""
+    true: Mapping[str, float] = field(default_factory=dict)
+    """True values of the rig by full name, SI."""
+    largest_command: tuple[float, ...] = ()
+    """Largest command in each of the two records, as a share of rated command."""
+    families: Mapping[str, str] = field(default_factory=dict)
+    """Kinds of physics, measurement and excitation of a wide case by trait, to group results."""
+
+
+def read_answers(path: Path) -> dict[str, Answer]:
+    """Reads the answers, by name of the case.
+
+    Raises
+    ------
+    ValueError
+        there is no such file, or it is not one of a check.
+    """
+    where = str(path)
+    answers = {}
+    try:
+        raw = from_json(path.read_bytes(), dict[str, msgspec.Raw])
+        for name in sorted(raw):
+            where = f"{path}: case {name}"
+            answers[name] = from_json(raw[name], Answer)
+    except FileNotFoundError:
+        raise ValueError(f"{path}: there is no such file; a check writes it") from None
+    except (msgspec.DecodeError, UnicodeDecodeError) as error:
+        raise ValueError(f"{where}: not an answer of a check: {error}; restore the file") from None
+    return answers
+
+
+def unfinished_cases(out: Path) -> list[str]:
+    """Returns the names of the cases without a result, in alphabetic order."""
+    names = sorted(path.name for path in (out / CASES).iterdir())
+    return [name for name in names if not _is_finished(out / RESULTS / name)]
+
+
+def _is_finished(result: Path) -> bool:
+    has_result = any((result / name).is_file() for name in (DIAGNOSIS, ERROR))
+    return has_result and not is_incomplete(result, CASE_RESULT)
+
+
+def run_check(out: Path, seal: Seal, diagnose: Diagnose) -> Iterator[Outcome]:
+    """Diagnoses the cases without a result; each outcome is written before it is yielded.
+
+    A task in another process gets the rig and the two records, but no path of the check. So it
+    cannot open the answers or the transfer records.
+    """
+    options = _without_truth(out) if seal.settings.exclude_truth else {}
+    tasks = (
+        _task(out, name, options.get(name, DEFAULTS), diagnose) for name in unfinished_cases(out)
+    )
+    return run_and_keep(tasks, out / RESULTS)
+
+
+def _without_truth(out: Path) -> Mapping[str, DiagnosisOptions]:
+    """Returns options that leave out the true effects of each case, for that study alone."""
+    return {
+        name: DiagnosisOptions(tuple(answer.effects))
+        for name, answer in read_answers(out / ANSWERS).items()
+    }
+
+
+def _task(
+    out: Path, name: str, options: DiagnosisOptions, diagnose: Diagnose
+) -> Callable[[], Outcome]:
+    try:
+        job = read_case(out, name, options)
+    except Exception as error:  # `run_unordered` demands that the iterable of tasks does not raise
+        return functools.partial(Outcome, name, *failure(error), 0.0)
+    return functools.partial(run_job, job, diagnose, write_scored_files)
+
+
+def read_case(out: Path, name: str, options: DiagnosisOptions = DEFAULTS) -> Job:
+    """Reads what the diagnosis may know of a case; paths of files are below the check's folder."""
+    folder = out / CASES / name
+    rig = read_rig(folder / "rig.toml")
+    train, validate = (
+        replace(read_record(path, layout=rig.columns), source=path.relative_to(out))
+        for path in (folder / "train.csv", folder / "validate.csv")
+    )
+    return Job(name, rig, f"{CASES}/{name}/rig.toml", (train,), (validate,), options)
+
+
+def write_scored_files(
+    folder: Path, diagnosis: Diagnosis, records: Sequence[Record], rig_file: str
+) -> None:
+    """Writes the files that scoring reads: `diagnosis.json` and the augmented rig file."""
+    text = diagnosis_text(diagnosis, records, rig_file)
+    (folder / DIAGNOSIS).write_text(text, encoding="utf-8")
+    write_rig(diagnosis.augmented_rig, folder / "rig.augmented.toml")
