@@ -44,7 +44,7 @@ def record(
     seed: int,
     names: tuple[str, ...] = PRESSURES,
     *,
-    seconds: float = 6.0,
+    seconds: float = 4.0,
     dt_s: float = DT_S,
 ) -> Record:
     """The rig with these values, with the noise of its sensors."""
@@ -62,9 +62,12 @@ def record(
     return make_record({"time_s": run.time_s, **columns})
 
 
-def case_of(values: Mapping[str, float], names: tuple[str, ...] = PRESSURES) -> Case:
+def case_of(
+    values: Mapping[str, float], names: tuple[str, ...] = PRESSURES, seconds: float = 4.0
+) -> Case:
     """One record to fit, one that is held out."""
-    return make_case(RIG, [record(values, 1, names)], [record(values, 2, names)])
+    fitted, held_out = (record(values, seed, names, seconds=seconds) for seed in (1, 2))
+    return make_case(RIG, [fitted], [held_out])
 
 
 def all_but(*effects: str) -> tuple[str, ...]:

@@ -11,8 +11,9 @@ from ehsid.harness.catalogue.parameters import effects as catalogue
 from ehsid.harness.diagnosis.decision.posterior import Constants
 from ehsid.harness.diagnosis.schema import Estimate
 from ehsid.harness.diagnosis.search.candidates import friction_laws
+from ehsid.lab.calibration.checking import LEAST_MACHINES, Calibration, calibrate
 from ehsid.lab.calibration.choices import choices_of, probabilities
-from ehsid.lab.calibration.machines import Machine, Promised, Size, WeighedSet
+from ehsid.lab.calibration.machines import Found, Machine, Promised, Size, WeighedSet
 from ehsid.lab.scoring.judging import SENSORS
 
 # Away from those in use by one to three standard errors of a fit to some hundred machines.
@@ -99,3 +100,10 @@ def drawn_machines(count: int, seed: int, constants: Constants = TRUE) -> list[M
     """Machines with truths, all drawn with this seed."""
     rng = np.random.default_rng(seed)
     return answered(unanswered(count, rng), rng, constants)
+
+
+def made_calibration() -> Calibration:
+    """A calibration with families that are left out, and with a truth that was never weighed."""
+    machines = drawn_machines(2 * len(SEALS) * LEAST_MACHINES, 3)
+    machines[0] = replace(machines[0], kind="one", truth=("load_force",))
+    return calibrate(Found(tuple(machines), {"insufficient_data": 4}))

@@ -1,9 +1,13 @@
 # SPDX-License-Identifier: MIT
-"""Runs of the blind machine without noise, for tests."""
+"""Blind machines that are only drawn, and their runs without noise, for tests."""
+
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
+import pytest
 
+from ehsid.lab.reality import RealityCase, make_case
 from ehsid.lab.reality import machine as equations
 from ehsid.lab.reality.truth import Truth
 
@@ -29,3 +33,14 @@ def own_run(t: Truth, start: FloatArray, commands: FloatArray, fine: int = 2) ->
         fine,
     )
     return out
+
+
+def drawn_case(*arguments: Any, **options: Any) -> RealityCase:
+    """A case for tests of its rig, machine and answer: its machine is not run."""
+
+    def stands(t: Truth, start: FloatArray, dt_s: float, forward: FloatArray, *_: Any) -> Any:
+        return np.zeros(forward.size), np.zeros((forward.size, 6))
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(equations, "run", stands)
+        return make_case(*arguments, seconds=0.01, **options)

@@ -45,7 +45,7 @@ def test_every_effect_of_the_catalogue_is_here() -> None:
 @pytest.mark.parametrize("effect", [None, *EFFECTS])
 def test_servo_with_one_effect(effect: str | None) -> None:
     values = typical() if effect is None else runs.with_effect(EFFECTS[effect])
-    command = runs.steps(0, 100, 10, 6.0)
+    command = runs.steps(0, 60, 10, 9.0)
     expected = runs.reference(values, command)
     coarse, medium, fine = (
         runs.worst_error(runs.simulate(values, command, substeps), expected, HYDRAULIC)
@@ -144,14 +144,14 @@ def test_a_null_bias_as_delivered_is_one_of_the_catalogue() -> None:
 @pytest.mark.parametrize("effect", [None, *MECHANICAL])
 def test_axis(effect: str | None) -> None:
     values = typical() if effect is None else runs.with_effect(EFFECTS[effect])
-    command = runs.steps(3, 100, 10, 60.0)
+    command = runs.steps(3, 60, 10, 60.0)
     expected = runs.reference(values, command, "axis")
     found = runs.simulate(values, command, 32, "axis")
     assert runs.worst_error(found, expected, ("position_m", "velocity_m_s")) < 1e-3
 
 
 @pytest.mark.parametrize(
-    "seed", [*range(8), *(pytest.param(seed, marks=pytest.mark.thorough) for seed in range(8, 20))]
+    "seed", [*range(4), *(pytest.param(seed, marks=pytest.mark.thorough) for seed in range(4, 20))]
 )
 def test_random_rigs(seed: int) -> None:
     """Sizes, pressures, loads and nuisances drawn over what machines have, two effects on."""

@@ -21,7 +21,7 @@ from ehsid.harness.signals.simulation import draw_noise, simulate
 BENCH = read_rig(ROOT / "examples" / "rigs" / "bench.toml")
 CHAMBERS = ("position_m", "pressure_a_pa", "pressure_b_pa")
 ALL = (*CHAMBERS, "supply_pressure_pa", "spool")
-SAMPLES = 8000
+SAMPLES = 4000
 
 
 @cache
@@ -66,7 +66,7 @@ def test_nothing_is_said_against_the_right_rig(
 
 
 WRONG = {
-    "stroke": ({"cylinder.stroke_m": 0.18}, "stroke", "cylinder.stroke_m", None),
+    "stroke": ({"cylinder.stroke_m": 0.16}, "stroke", "cylinder.stroke_m", None),
     "supply": ({"supply.pressure_pa": 16e6}, "supply", "supply.pressure_pa", 0.75),
     "flow": ({"valve.rated_flow_m3_s": 6.33e-4 / 1.5}, "flow", "valve.rated_flow_m3_s", 1.5),
     "bore": ({"cylinder.bore_m": 0.07}, "areas", "cylinder.bore_m", 0.922),

@@ -27,11 +27,14 @@ from ehsid.harness.rigs import read_rig, write_rig
 
 pytestmark = pytest.mark.usefixtures("one_process")
 BENCH = ROOT / "examples" / "rigs" / "bench.toml"
-# What stands in most places of a page, and what can do harm in pictures, headers and JSON. The page
-# of a diagnosis has all of them; the other kinds are made by the same functions, and are tried with
-# one name each where time counts.
+# What stands in most places of a page, and what can do harm in pictures, headers and JSON. Where
+# time counts, each page has all of them in one name.
 OTHERS = ("element", "end of script", "attribute", "expression", "direction")
-IN_FILES = ("comment", "expression", "console", "formula", "direction", "control", "long")
+IN_FILES = ("formula", "comment", "expression", "console", "direction", "control", "long")
+NAMES = EVIL | {
+    "all together": "".join(EVIL[one] for one in OTHERS),
+    "all in files": "".join(EVIL[one] for one in IN_FILES if one != "long"),
+}
 
 
 def thorough(*case: str) -> Any:
@@ -39,15 +42,9 @@ def thorough(*case: str) -> Any:
 
 
 PAGES = [
-    *(("gap", name) if name in OTHERS else thorough("gap", name) for name in EVIL),
-    *((kind, "end of script") for kind in KINDS if kind != "gap"),
-    *(
-        thorough(kind, name)
-        for kind in KINDS
-        if kind != "gap"
-        for name in OTHERS
-        if name != "end of script"
-    ),
+    *((kind, "all together") for kind in KINDS),
+    *(thorough("gap", name) for name in EVIL),
+    *(thorough(kind, name) for kind in KINDS if kind != "gap" for name in OTHERS),
 ]
 plain_pages: dict[str, Reader] = {}
 
@@ -61,7 +58,7 @@ def plain_page(kind: str, folder: Path) -> Reader:
 @pytest.mark.usefixtures("blank_pictures")
 @pytest.mark.parametrize(("kind", "which"), PAGES)
 def test_a_name_is_text_in_a_page(kind: str, which: str, tmp_path: Path) -> None:
-    name = EVIL[which]
+    name = NAMES[which]
     for folder in ("plain", "evil"):
         (tmp_path / folder).mkdir()
     plain = plain_page(kind, tmp_path / "plain")
@@ -72,12 +69,10 @@ def test_a_name_is_text_in_a_page(kind: str, which: str, tmp_path: Path) -> None
     assert [one for one in shown if one in text], text[:2000]
 
 
-@pytest.mark.parametrize(
-    "which", [one if one in ("formula", "control") else thorough(one) for one in IN_FILES]
-)
+@pytest.mark.parametrize("which", ["all in files", *(thorough(one) for one in IN_FILES)])
 def test_a_name_is_text_in_the_files_of_a_command(which: str, tmp_path: Path) -> None:
     """Columns, record, rig and folder have the name; pictures are drawn."""
-    name = EVIL[which]
+    name = NAMES[which]
     u, y = model16(seed=1, n=600, noise=0.1)
     record, out = tmp_path / f"{file_name(name)}.parquet", tmp_path / file_name(name)
     columns = {"time_s": 0.02 * np.arange(u.size), name: u, f"{name}2": y}

@@ -78,6 +78,8 @@ def test_a_run_writes_what_the_command_writes(runs: LiveRuns, target: Relay) -> 
     status = read_status(folder)
     assert (status.board, status.faults, status.board_reset) == ("fake", True, False)
     assert runs.settings() == settings
+    assert runs.workbench.names() == []  # a run is no machine, until one is made of it
+    assert runs.workbench.opened("_live").folder != runs.folder
     session = runs.make_machine("")
     assert session.rig_file.read_bytes() == BENCH.read_bytes()
     assert [entry.file for entry in session.settings.records] == ["logs/run_1.csv"]
@@ -167,12 +169,6 @@ def test_only_the_newest_run_keeps_its_ring(runs: LiveRuns, target: Relay) -> No
     assert not (first / RING).exists()
     assert (second / RING).exists()
     assert (first / "hil" / "record.csv").exists()
-
-
-def test_runs_are_no_machines(runs: LiveRuns, target: Relay) -> None:
-    started(runs, LiveSettings(port=target.port, duration_s="1"))
-    assert runs.workbench.names() == []
-    assert runs.workbench.opened("_live").folder != runs.folder
 
 
 @pytest.mark.slow

@@ -6,10 +6,11 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
-from made_machines import TRUE, drawn_machines
+from made_machines import TRUE, drawn_machines, made_calibration
 from published_schemas import check_file
 
 from ehsid.harness.base.encoding import json_text
@@ -125,9 +126,9 @@ def test_the_order_of_the_machines_is_nothing(
     assert json_text(calibrate(found)) == json_text(strange)
 
 
-def test_the_file_is_as_its_schema_has_it(strange: Calibration, tmp_path: Path) -> None:
+def test_the_file_is_as_its_schema_has_it(made_once: Any, tmp_path: Path) -> None:
     path = tmp_path / "calibration.json"
-    path.write_text(json_text(strange))
+    path.write_text(json_text(made_once("calibration", made_calibration)))
     check_file(path)
 
 

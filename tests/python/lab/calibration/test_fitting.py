@@ -18,6 +18,7 @@ from ehsid.lab.calibration.choices import best_sets, choices_of, log_loss, proba
 from ehsid.lab.calibration.fitting import (
     NAMES,
     RIDGE,
+    Fit,
     constants_at,
     coordinates,
     fit,
@@ -31,9 +32,8 @@ from ehsid.lab.scoring.judging import SENSORS
 RISK = 1e-3 / len(NAMES)
 
 
-def deviations(count: int, seed: int) -> np.ndarray:
+def deviations(found: Fit) -> np.ndarray:
     """Fitted less true constants in standard errors."""
-    found = fit(choices_of(drawn_machines(count, seed)))
     off = [getattr(found.constants, name) - getattr(TRUE, name) for name in NAMES]
     return np.array(off) / found.errors
 
@@ -41,7 +41,7 @@ def deviations(count: int, seed: int) -> np.ndarray:
 @pytest.mark.slow
 def test_known_constants_are_found_within_their_standard_errors() -> None:
     found = fit(choices_of(drawn_machines(1500, 1)))
-    assert np.abs(deviations(1500, 1)).max() < stats.norm.ppf(1.0 - RISK / 2.0)
+    assert np.abs(deviations(found)).max() < stats.norm.ppf(1.0 - RISK / 2.0)
     # The errors are small enough for this to mean something: the true evidence is 20, not 37.
     assert found.errors[NAMES.index("evidence")] < 2.0
     assert found.errors[NAMES.index("effect")] < 0.25
@@ -52,7 +52,8 @@ def test_standard_errors_are_not_too_small() -> None:
     # The sum of the squares of n standard normal numbers is chi-square with n degrees of freedom;
     # the ridge makes it only smaller.
     repeats = 25
-    squares = sum(deviations(300, seed) ** 2 for seed in range(repeats))
+    found = (fit(choices_of(drawn_machines(300, seed))) for seed in range(repeats))
+    squares = sum(deviations(one) ** 2 for one in found)
     assert np.all(squares < stats.chi2.ppf(1.0 - RISK, repeats)), squares
 
 

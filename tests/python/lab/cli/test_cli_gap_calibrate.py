@@ -32,7 +32,7 @@ def words(text: str) -> str:
 @pytest.fixture
 def features(tmp_path: Path) -> Path:
     path = tmp_path / "features.jsonl"
-    write_features(path, drawn_machines(100, 1))
+    write_features(path, drawn_machines(60, 1))
     return path
 
 
@@ -54,7 +54,7 @@ def test_features_give_a_page_a_file_and_the_features_again(features: Path, tmp_
     assert (out / "features.jsonl").read_bytes() == features.read_bytes()
     check_file(out / "calibration.json")
     found = json.loads((out / "calibration.json").read_text(encoding="utf-8"))
-    assert found["machines"] == 100
+    assert found["machines"] == 60
     page = (out / "calibration.html").read_text(encoding="utf-8")
     worst = f"{found['families'][0]['trait']}: {found['families'][0]['family']}"
     # The worst family stands in the first sentence and in the first row of the first table.
@@ -80,7 +80,7 @@ def test_several_checks_and_files_count_together(
     write_features(other, [])
     outcome = run(check, "--features", features, other, "--out", tmp_path / "out", "--json")
     assert outcome.exit_code == 0, outcome.output
-    assert json.loads(outcome.stdout)["machines"] == 108
+    assert json.loads(outcome.stdout)["machines"] == 68
 
 
 def test_the_same_machine_twice_is_refused(features: Path, tmp_path: Path) -> None:

@@ -4,13 +4,13 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 
 import pytest
-from made_machines import drawn_machines
+from made_machines import made_calibration
 
 from ehsid.harness.show.page import Table
-from ehsid.lab.calibration.checking import Calibration, calibrate
-from ehsid.lab.calibration.machines import Found
+from ehsid.lab.calibration.checking import Calibration
 from ehsid.lab.pages.calibration_page import (
     calibration_lead,
     calibration_page,
@@ -21,12 +21,9 @@ from ehsid.lab.pages.calibration_page import (
 )
 
 
-@pytest.fixture(scope="module")
-def found() -> Calibration:
-    machines = drawn_machines(200, 3)
-    # A truth that was never weighed, although it is one of the catalogue.
-    machines[0] = replace(machines[0], kind="one", truth=("load_force",))
-    return calibrate(Found(tuple(machines), {"insufficient_data": 4}))
+@pytest.fixture
+def found(made_once: Any) -> Any:
+    return made_once("calibration", made_calibration)
 
 
 @pytest.mark.thorough

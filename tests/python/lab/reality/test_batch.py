@@ -40,7 +40,7 @@ def test_the_transfer_record_is_never_small() -> None:
     """At small amplitudes a wrong effect can reduce the gap, too."""
     ratios = []
     for seed in range(6):
-        case = make_case(seed, "confusable", "none", seconds=4.0)
+        case = make_case(seed, "confusable", "none", seconds=2.0)
         rated = case.answer["told"]["valve.rated_command_v"]
         small = max(case.answer["largest_command"])
         # Small records have 15 % of the rated command at most; the loop adds to it.

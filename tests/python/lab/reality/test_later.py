@@ -8,10 +8,10 @@ import math
 import numpy as np
 import numpy.typing as npt
 import pytest
-from reality_runs import own_run
+from reality_runs import drawn_case, own_run
 
 from ehsid.lab.reality import machine as equations
-from ehsid.lab.reality.case import RealityCase, make_case, start_state
+from ehsid.lab.reality.case import RealityCase, start_state
 from ehsid.lab.reality.effects import CATALOGUE, LATER
 from ehsid.lab.reality.truth import Truth
 from ehsid.lab.reality.unnamed import OUTSIDE, UNNAMED
@@ -20,7 +20,7 @@ FloatArray = npt.NDArray[np.float64]
 
 
 def made(name: str) -> tuple[RealityCase, dict[str, float]]:
-    case = make_case(11, "plain", "one", [name], seconds=0.01)
+    case = drawn_case(11, "plain", "one", [name])
     return case, case.answer["effects"][name]
 
 
@@ -44,7 +44,7 @@ def test_they_are_never_drawn() -> None:
     drawn = {
         effect
         for seed in range(60)
-        for effect in make_case(seed, "plain", "two", seconds=0.01).answer["effects"]
+        for effect in drawn_case(seed, "plain", "two").answer["effects"]
     }
     assert drawn <= set(CATALOGUE)
 

@@ -8,12 +8,12 @@ import numpy.typing as npt
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from reality_runs import DT_S, own_run
+from reality_runs import DT_S, drawn_case, own_run
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
 from ehsid.lab.reality import machine as equations
-from ehsid.lab.reality.case import make_case, start_state
+from ehsid.lab.reality.case import start_state
 from ehsid.lab.reality.effects import CATALOGUE
 from ehsid.lab.reality.truth import Truth
 from ehsid.lab.reality.unnamed import OUTSIDE, UNNAMED
@@ -150,7 +150,7 @@ UNNAMED_EQUATIONS = [name for name in UNNAMED if UNNAMED[name].adds_to not in ("
 @pytest.mark.parametrize("grade", ["plain", pytest.param("hard", marks=pytest.mark.thorough)])
 def test_run_agrees_with_scipy_for_each_effect(effect: str, grade: str) -> None:
     kind = "one" if effect in CATALOGUE else "open"
-    t = make_case(5, grade, kind, [effect], seconds=0.01).truth  # type: ignore[arg-type]
+    t = drawn_case(5, grade, kind, [effect]).truth  # type: ignore[arg-type]
     assert_agrees_with_scipy(t)
 
 
@@ -171,7 +171,7 @@ def test_run_agrees_with_scipy_for_each_effect(effect: str, grade: str) -> None:
 )
 def test_run_agrees_with_scipy_for_each_law(effect: str, variants: Variants) -> None:
     kind = "one" if effect in CATALOGUE else "open"
-    machine = make_case(5, "hard", kind, [effect], seconds=0.01).truth  # type: ignore[arg-type]
+    machine = drawn_case(5, "hard", kind, [effect]).truth  # type: ignore[arg-type]
     t = with_variants(machine, variants, [effect])
     assert t != machine
     assert_agrees_with_scipy(t)
@@ -201,7 +201,7 @@ def assert_agrees_with_scipy(t: Truth) -> None:
 
 
 def test_solution_is_of_fourth_order() -> None:
-    t = make_case(5, "plain", "none", seconds=0.01).truth
+    t = drawn_case(5, "plain", "none").truth
     # All equations are smooth: no slew limit, and the edges are rounded over the whole travel.
     t = t._replace(spool_slew_1_s=1e9, round_width=2.0, hum_share=0.0, transition_pa=1e8)
     start = start_state(t, 0.5 * t.stroke_m)

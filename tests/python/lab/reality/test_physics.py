@@ -6,12 +6,12 @@ import math
 import numpy as np
 import numpy.typing as npt
 import pytest
-from reality_runs import DT_S, own_run
+from reality_runs import DT_S, drawn_case, own_run
 from scipy.integrate import quad
 from scipy.optimize import brentq
 
 from ehsid.lab.reality import machine as equations
-from ehsid.lab.reality.case import make_case, start_state
+from ehsid.lab.reality.case import start_state
 from ehsid.lab.reality.truth import Truth
 from ehsid.lab.reality.variants import with_friction
 
@@ -21,7 +21,7 @@ ATMOSPHERE_PA = 101325.0
 
 def servo(**changes: float) -> Truth:
     """A plain machine with ideal edges and supply; `changes` replace its fields."""
-    t = make_case(11, "plain", "none", seconds=0.01).truth
+    t = drawn_case(11, "plain", "none").truth
     ideal = {f"overlap_{name}": 0.0 for name in ("pa", "at", "pb", "bt")}
     ideal |= {f"gain_{name}": 1.0 for name in ("pa", "at", "pb", "bt")}
     ideal |= {"round_width": 1e-4, "hum_share": 0.0, "warming_viscous": 0.0, "warming_bulk": 0.0}

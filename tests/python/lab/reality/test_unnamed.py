@@ -8,10 +8,10 @@ import math
 import numpy as np
 import numpy.typing as npt
 import pytest
-from reality_runs import DT_S, own_run
+from reality_runs import DT_S, drawn_case, own_run
 
 from ehsid.lab.reality import machine as equations
-from ehsid.lab.reality.case import make_case, start_state
+from ehsid.lab.reality.case import start_state
 from ehsid.lab.reality.effects import CATALOGUE
 from ehsid.lab.reality.truth import Truth
 from ehsid.lab.reality.unnamed import OUTSIDE, UNNAMED
@@ -21,7 +21,7 @@ FloatArray = npt.NDArray[np.float64]
 
 def machines(name: str) -> tuple[Truth, Truth]:
     """The machine with a law, and without it."""
-    case = make_case(7, "plain", "open", [name], seconds=0.01)
+    case = drawn_case(7, "plain", "open", [name])
     return case.truth, case.healthy
 
 
@@ -40,7 +40,7 @@ def test_a_seed_goes_on_to_draw_the_machines_that_it_drew() -> None:
     drawn = {
         effect
         for seed in range(40)
-        for effect in make_case(seed, "plain", "open", seconds=0.01).answer["effects"]
+        for effect in drawn_case(seed, "plain", "open").answer["effects"]
     }
     assert drawn <= set(OUTSIDE)
 

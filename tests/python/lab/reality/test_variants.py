@@ -9,11 +9,11 @@ import numpy.typing as npt
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from reality_runs import DT_S, own_run
+from reality_runs import DT_S, drawn_case, own_run
 from scipy.integrate import quad, solve_ivp
 
 from ehsid.lab.reality import machine as equations
-from ehsid.lab.reality.case import make_case, start_state
+from ehsid.lab.reality.case import start_state
 from ehsid.lab.reality.truth import Truth
 from ehsid.lab.reality.variants import Variants, draw_variants, with_friction, with_variants
 
@@ -126,7 +126,7 @@ def operator(seed: int, half_width: float) -> Truth:
     variants = draw_variants(rng)
     while not variants.play_weights[0]:
         variants = draw_variants(rng)
-    machine = make_case(5, "plain", effects=["valve_hysteresis"], seconds=0.01).truth
+    machine = drawn_case(5, "plain", effects=["valve_hysteresis"]).truth
     return with_variants(machine._replace(play=half_width), variants, ["valve_hysteresis"])
 
 
@@ -161,7 +161,7 @@ def test_run_passes_the_command_through_the_operator() -> None:
 
 @pytest.mark.parametrize("seed", range(6))
 def test_unequal_ends_keep_the_width_of_the_dead_band(seed: int) -> None:
-    machine = make_case(seed, "plain", effects=["valve_dead_band"], seconds=0.01).truth
+    machine = drawn_case(seed, "plain", effects=["valve_dead_band"]).truth
     changed = with_variants(machine, Variants(lap_difference=0.2), ["valve_dead_band"])
     laps = {name: getattr(changed, f"overlap_{name}") for name in ("pa", "at", "pb", "bt")}
     old = [getattr(machine, f"overlap_{name}") for name in laps]
@@ -179,7 +179,7 @@ def test_relief_valve_holds_the_pressure_up_to_the_flow_of_the_pump(
     seed: int, droops: bool
 ) -> None:
     effects = ["supply_droop" if droops else "valve_lag"]
-    machine = make_case(seed, "plain", effects=effects, seconds=0.01).truth
+    machine = drawn_case(seed, "plain", effects=effects).truth
     relief = Variants(relief_flow=0.5, relief_loss=0.016)
     t = with_variants(machine, relief, effects)
     full = t.flow_gain * (0.5 * (t.source_pa - t.tank_pa)) ** t.flow_exponent
@@ -207,7 +207,7 @@ def test_relief_valve_holds_the_pressure_up_to_the_flow_of_the_pump(
 
 @pytest.mark.parametrize("effect", ["coulomb_friction", "sensor_lag", "sensor_backlash"])
 def test_late_samples_are_those_of_a_finer_run(effect: str) -> None:
-    t = make_case(5, "plain", effects=[effect], seconds=0.01).truth._replace(sensor_step_m=1e-12)
+    t = drawn_case(5, "plain", effects=[effect]).truth._replace(sensor_step_m=1e-12)
     start = start_state(t, 0.5 * t.stroke_m)
     n, fine, late = 60, 10, 2
 
