@@ -82,7 +82,7 @@ def no_plots(monkeypatch: pytest.MonkeyPatch) -> None:
         monkeypatch.setattr(f"ehsid.harness.show.gap_page.{name}", lambda *_: [])
 
 
-@pytest.fixture(scope="module")
+@pytest.fixture(scope="session", autouse=True)
 def one_process() -> Iterator[None]:
     """What could be shared among processes is done in this one: to start others takes seconds."""
     from ehsid.harness.base.parallel import workers
@@ -93,7 +93,7 @@ def one_process() -> Iterator[None]:
 
 @pytest.fixture
 def two_processes() -> Iterator[None]:
-    """In a module of `one_process`, a test that has its work go to other processes and back."""
+    """For a test that has its work go to other processes and back."""
     from ehsid.harness.base.parallel import workers
 
     with workers(2):

@@ -19,8 +19,6 @@ from ehsid.lab.reality.case import Kind, Sensors
 from ehsid.lab.reality.variants import Grade
 from ehsid.lab.scoring.judging import Findings, Judgement, NamedEffect, judge
 
-pytestmark = pytest.mark.usefixtures("one_process")
-
 # Six records of 6 s at 500 Hz take half a minute on two cores.
 SECONDS = 6.0
 DT_S = 2e-3

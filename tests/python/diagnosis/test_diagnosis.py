@@ -31,9 +31,9 @@ def diagnosed_with_friction() -> tuple[Diagnosis, list[Interim]]:
     progress_shares: list[float] = []
     stages: list[Interim] = []
     diagnosis = diagnose(
-        [measured_record("fit", 1, seconds=6.0, dt_s=1e-3)],
+        [measured_record("fit", 1, seconds=4.0, dt_s=2e-3)],
         bench(),
-        validate=[measured_record("judge", 2, seconds=6.0, dt_s=1e-3)],
+        validate=[measured_record("judge", 2, seconds=4.0, dt_s=2e-3)],
         progress=progress_shares.append,
         watch=stages.append,
     )
@@ -131,9 +131,9 @@ def test_results_of_a_diagnosis_agree(with_friction: Diagnosis) -> None:
 def test_workers_change_nothing(with_friction: Diagnosis) -> None:
     with workers(1):
         again = diagnose(
-            [measured_record("fit", 1, seconds=6.0, dt_s=1e-3)],
+            [measured_record("fit", 1, seconds=4.0, dt_s=2e-3)],
             bench(),
-            validate=[measured_record("judge", 2, seconds=6.0, dt_s=1e-3)],
+            validate=[measured_record("judge", 2, seconds=4.0, dt_s=2e-3)],
         )
     first = with_friction
     assert again.effects == first.effects

@@ -19,7 +19,7 @@ from ehsid.harness.rigs import Rig, read_rig
 from ehsid.harness.signals.excitation import multisine
 from ehsid.harness.signals.simulation import draw_noise, simulate
 
-pytestmark = [pytest.mark.usefixtures("one_process"), pytest.mark.thorough]
+pytestmark = pytest.mark.thorough
 
 BENCH = read_rig(ROOT / "examples" / "rigs" / "bench.toml")
 NOISE: dict[str, Mapping[str, float]] = {

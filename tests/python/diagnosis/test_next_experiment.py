@@ -31,8 +31,6 @@ from ehsid.harness.rigs import Rig, read_rig
 from ehsid.harness.signals.excitation import multisine
 from ehsid.harness.signals.simulation import draw_noise, simulate
 
-pytestmark = pytest.mark.usefixtures("one_process")
-
 RIGS = ROOT / "examples" / "rigs"
 DT_S = 1e-3
 NOISE_M = 6e-6

@@ -25,7 +25,6 @@ from ehsid.harness.base.error_words import printable
 from ehsid.harness.cli import cli
 from ehsid.harness.rigs import read_rig, write_rig
 
-pytestmark = pytest.mark.usefixtures("one_process")
 BENCH = ROOT / "examples" / "rigs" / "bench.toml"
 # What stands in most places of a page, and what can do harm in pictures, headers and JSON. Where
 # time counts, each page has all of them in one name.

@@ -27,7 +27,7 @@ from ehsid.harness.records import Record, make_record
 from ehsid.harness.rigs.rig import TableLaw
 from ehsid.harness.signals.simulation import draw_noise, simulate
 
-pytestmark = [pytest.mark.usefixtures("one_process"), pytest.mark.thorough]
+pytestmark = pytest.mark.thorough
 
 # A friction that comes up with the velocity over 0.1 m/s: no effect of the catalogue does.
 SPEEDS = np.linspace(-0.6, 0.6, 61)

@@ -19,7 +19,6 @@ from ehsid.lab.blind import Answer, Settings, write_seal
 from ehsid.lab.calibration.fitting import read_features, write_features
 from ehsid.lab.calibration.machines import Machine, distinct, read_case, read_checks
 
-pytestmark = pytest.mark.usefixtures("one_process")
 DELAY = {"delay_s": 5e-3}
 
 

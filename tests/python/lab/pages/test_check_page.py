@@ -15,12 +15,10 @@ from ehsid.lab.pages.check_page import check_page, write_page
 from ehsid.lab.pages.check_words import figure_text, lead, number, target_text
 from ehsid.lab.scoring.score import Score, score_cases, score_folder
 
-pytestmark = pytest.mark.usefixtures("one_process")
-
 
 @pytest.fixture(scope="module")
 def score(tmp_path_factory: pytest.TempPathFactory) -> Score:
-    return score_folder(write_check(tmp_path_factory.mktemp("page"), made_answers(80), fair))
+    return score_folder(write_check(tmp_path_factory.mktemp("page"), made_answers(40), fair))
 
 
 @pytest.fixture(scope="module")
@@ -82,7 +80,7 @@ def test_every_table_is_rectangular(score: Score) -> None:
 def test_the_lead_tells_how_far_to_trust(score: Score) -> None:
     right = sum(case.judgement.right for case in score.cases)
     text = " ".join(lead(score))
-    assert f"Of 80 records whose cause was withheld, {right} " in text
+    assert f"Of 40 records whose cause was withheld, {right} " in text
     assert "Negative control" in text
     assert "SEAL" not in text
 

@@ -15,8 +15,6 @@ from ehsid.lab.reality.batch import draw_sampling_time, draw_seconds, write_case
 from ehsid.lab.reality.excitation import EXCITATION_SETS, EXCITATIONS
 from ehsid.lab.reality.variants import GRADES
 
-pytestmark = pytest.mark.usefixtures("one_process")
-
 SHORT: dict[str, Any] = {"seconds": 1.0}
 
 
@@ -113,7 +111,6 @@ def test_slow_records_are_sampled_every_20_or_50_ms() -> None:
         assert {draw_sampling_time(seed, grade) for seed in range(20)} == {1e-3}
 
 
-@pytest.mark.usefixtures("one_process")
 def test_new_cases_replace_those_of_an_earlier_run_and_nothing_else(tmp_path: Path) -> None:
     def write(*seeds: int) -> list[str]:
         write_cases(tmp_path / "cases", tmp_path / "answers.json", seeds, seconds=1.0)

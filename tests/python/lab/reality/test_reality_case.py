@@ -29,8 +29,6 @@ from ehsid.lab.reality.nominal_rig import UNCERTAINTY
 from ehsid.lab.reality.unnamed import OUTSIDE
 from ehsid.lab.reality.variants import GRADES
 
-pytestmark = pytest.mark.usefixtures("one_process")
-
 SHORT: dict[str, Any] = {"seconds": 1.0}
 
 

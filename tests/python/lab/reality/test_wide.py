@@ -29,8 +29,6 @@ from ehsid.lab.reality.noise import draw_logger
 from ehsid.lab.reality.nominal_rig import LAG, draw_wide_rig
 from ehsid.lab.reality.variants import draw_structure, draw_variants
 
-pytestmark = pytest.mark.usefixtures("one_process")
-
 SHORT: dict[str, Any] = {"seconds": 1.0}
 SEEDS = st.integers(0, 2**32)
 FAMILIES = {

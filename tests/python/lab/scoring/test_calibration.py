@@ -23,8 +23,6 @@ from ehsid.lab.scoring.figures import (
 from ehsid.lab.scoring.judging import Findings, NamedEffect, ScoredCase, judge
 from ehsid.lab.scoring.score import score_folder
 
-pytestmark = pytest.mark.usefixtures("one_process")
-
 CLAIMS = st.lists(st.builds(Claim, st.floats(0.0, 1.0), st.booleans()), min_size=1, max_size=80)
 
 

@@ -16,8 +16,6 @@ from ehsid.lab.scoring.baselines import control
 from ehsid.lab.scoring.judging import Findings, NamedEffect, judge
 from ehsid.lab.scoring.score import Score, score_folder
 
-pytestmark = pytest.mark.usefixtures("one_process")
-
 MEASURED = ("pressures", "position only")
 
 

@@ -18,8 +18,6 @@ from ehsid.lab.scoring.baselines import independent_samples, promises, realised,
 from ehsid.lab.scoring.judging import Findings, NamedEffect
 from ehsid.lab.scoring.score import score_folder
 
-pytestmark = pytest.mark.usefixtures("one_process")
-
 FRICTION = {"effects.coulomb_friction.force_n": 900.0}
 OUTPUTS = ("position_m", "pressure_a_pa")
 SAID = Findings(

@@ -18,8 +18,6 @@ from ehsid.lab.studies.recursive import (
 )
 from ehsid.lab.studies.rig_records import DT_S, DURATION_S, MODEL_16, changed_record, rig_record
 
-pytestmark = pytest.mark.usefixtures("one_process")
-
 RIG = published_rig()
 ORDERS = ArxOrders(3, 3, 1, offset=True)
 
