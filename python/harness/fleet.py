@@ -37,7 +37,7 @@ from .diagnosis.job import (
 from .diagnosis.options import DiagnosisOptions
 from .diagnosis.schema import DiagnosisFile, Estimate, read_diagnosis_file
 from .records import NO_HINTS, Hints
-from .records.formats import FOLDER_ENDINGS, records_in
+from .records.kinds import FOLDER_ENDINGS, records_in
 
 RIG = "rig.toml"
 INPUTS = "inputs.json"

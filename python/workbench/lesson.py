@@ -20,7 +20,7 @@ from ehsid.harness.base.numbers import FloatArray
 from ehsid.harness.catalogue.channels import CHAMBER_PRESSURES, COMMAND, POSITION, TIME
 from ehsid.harness.catalogue.spellings import ParameterKey
 from ehsid.harness.records import Record, make_record
-from ehsid.harness.records.writing import record_bytes
+from ehsid.harness.records.record import record_bytes
 from ehsid.harness.rigs import Rig, RigError, read_rig
 from ehsid.harness.signals.excitation import named_signal
 from ehsid.harness.signals.simulation import (

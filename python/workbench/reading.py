@@ -12,10 +12,10 @@ from ehsid.harness.base.encoding import json_text, read_json
 from ehsid.harness.base.files import result_files, write_text
 from ehsid.harness.catalogue.channels import TIME
 from ehsid.harness.records import Hints, Record, RecordError
-from ehsid.harness.records.logs.log import Log
+from ehsid.harness.records.log import Log
 from ehsid.harness.records.mapping import parse_maps
 from ehsid.harness.records.reading import open_unread, read_record
-from ehsid.harness.records.writing import record_bytes
+from ehsid.harness.records.record import record_bytes
 
 from .downsampling import make_pyramid, store
 from .session import Entry, Session

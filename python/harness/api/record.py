@@ -17,10 +17,9 @@ from ..base.files import result_files
 from ..base.numbers import FloatArray
 from ..catalogue.channels import CHANNELS, TIME
 from ..records import NO_HINTS, Hints, read_record
-from ..records.formats import record_of_columns
 from ..records.mapping import parse_maps
-from ..records.record import unit_of
-from ..records.writing import format_of, record_bytes
+from ..records.reading import record_of_columns
+from ..records.record import format_of, record_bytes, unit_of
 from ..show.page import Table, Told
 from ..show.where_section import reading_blocks
 from .tables import Columns, Shown, Tabular, columns_of

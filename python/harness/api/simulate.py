@@ -23,7 +23,7 @@ from ..base.numbers import FloatArray
 from ..catalogue.channels import CHANNELS, COMMAND, REQUIRED_COLUMNS, TIME
 from ..models.identification import IoData
 from ..records import Origin, read_record
-from ..records.writing import format_of, record_bytes
+from ..records.record import format_of, record_bytes
 from ..show.model_blocks import run_table
 from ..show.page import Told
 from ..signals import simulation

@@ -221,7 +221,7 @@ def check_ending(out: Path) -> None:
     ValueError
         it has another ending, or none.
     """
-    from ..records.writing import FORMATS, format_of
+    from ..records.record import FORMATS, format_of
 
     try:
         format_of(out)

@@ -69,7 +69,7 @@ def estimate_folder(
         an option cannot be used, the folder has no record, or `out` is the folder itself.
     """
     from ..records import RecordError
-    from ..records.formats import FOLDER_ENDINGS, records_in
+    from ..records.kinds import FOLDER_ENDINGS, records_in
     from ..show.estimates_page import FILES, write_estimates
 
     check_signals(*signals)

@@ -65,7 +65,7 @@ def import_command(
     ehsid import run.txt --map "position_m=Stroke \[mm]" --dt 0.001 --out run.parquet
     """
     from ..records import read_record
-    from ..records.writing import format_of, record_bytes
+    from ..records.record import format_of, record_bytes
 
     placing: AbstractContextManager[Path | None] = nullcontext()
     if out is not None:

@@ -95,7 +95,7 @@ def simulate_command(
     import numpy as np
 
     from ..records import read_record
-    from ..records.writing import record_bytes
+    from ..records.record import record_bytes
     from ..rigs import read_rig
     from ..show.model_blocks import run_table
     from ..signals.simulation import draw_noise, parse_settings, simulate, simulate_closed_loop

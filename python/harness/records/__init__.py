@@ -7,13 +7,11 @@
 """
 
 from ..catalogue.channels import CHANNELS, REQUIRED_COLUMNS, Channel
+from .checks import Gap, Jitter, TimeBase
 from .errors import RecordError
-from .layout import ColumnMap, Layout
-from .mapping import NO_HINTS, Hints
+from .mapping import NO_HINTS, ColumnMap, Hints, Layout
 from .reading import read_record
-from .record import Origin, Record, Taken, make_record
-from .timebase import Gap, Jitter, TimeBase
-from .writing import write_record
+from .record import Origin, Record, Taken, make_record, write_record
 
 __all__ = [
     "CHANNELS",

@@ -1,49 +1,27 @@
 # SPDX-License-Identifier: MIT
-"""What a column of a record may hold: finite numbers, and none that stands for no value.
-
-Numbers such as -9999 and 9.9E37 stand for no value, and are told apart from true extremes. A true
-extreme is reached: a position at its end stop and a sensor at its limit have neighbours among the
-other values. A number that stands for no value lies alone, far outside of all others. A command may
-step to its full scale, and so may a signal that is no channel: of them only numbers are taken for
-no value that no full scale has.
-"""
+"""What the columns of a record and its time may be: finite numbers, and even steps between gaps."""
 
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass
+from itertools import pairwise
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
 
-from ..base.numbers import FloatArray, masked_count
-from ..catalogue.channels import CHANNELS, COMMAND, TIME
+from ..base.numbers import masked_count
 from .errors import RecordError
+
+if TYPE_CHECKING:
+    from .record import Record
+
 
 MIN_SAMPLES = 2
 # No quantity in any unit is so large, and the square of a larger number overflows in float64.
 LARGEST = 1e100
-# No quantity of a machine is so large; instruments say 9.9E37, and netCDF 9.96921e36.
-NO_QUANTITY = 1e20
-NINES = frozenset(sign * (10.0**digits - 1.0) for digits in range(3, 11) for sign in (1, -1))
-# The ends of integers, and what netCDF puts beside them.
-FULL = frozenset(
-    float(number)
-    for bits in (15, 16, 31, 32, 63, 64)
-    for number in (2**bits - 1, -(2**bits), 1 - 2**bits)
-)
-# Distance to the nearest other value, in spans of all others: of a number that is known to stand
-# for no value, of any other, and of any in a signal that may be switched.
-FAR_KNOWN, FAR, FAR_SWITCHED = 1.0, 5.0, 100.0
-# With fewer other values there is no telling what lies outside of them.
-LEAST_VALUES = 20
-# So many different values has a signal that is measured, and not switched between levels.
-LEAST_DIFFERENT = 10
-# A larger command is none in V, mV, mA or percent; it may be in counts.
-LARGEST_COMMAND = 20_000.0
-SWITCHED = (COMMAND, "spool")
 
 
 def check_columns(
@@ -85,52 +63,6 @@ def without_useless(
         else:
             remarks.append(f"'{name}' is left out: it has no value in {empty} of {array.size} rows")
     return kept, remarks
-
-
-@dataclass(frozen=True)
-class Sentinels:
-    """The numbers in the values of a signal that stand for no value, and the span of the others."""
-
-    numbers: tuple[float, ...]
-    lowest: float
-    highest: float
-
-    def without(self, values: FloatArray) -> FloatArray:
-        """Returns the values with NaN in their place."""
-        return np.where(np.isin(values, self.numbers), np.nan, values)
-
-    def remark(self, name: str, values: FloatArray) -> str:
-        """Returns a sentence on what is taken for no value."""
-        rows = int(np.count_nonzero(np.isin(values, self.numbers)))
-        numbers = " or ".join(f"{number:.9g}" for number in self.numbers)
-        return (
-            f"'{name}' is {numbers} in {rows} of {values.size} rows, far outside of its other "
-            f"values ({self.lowest:.4g} to {self.highest:.4g}): taken as no value"
-        )
-
-
-def sentinels_of(values: FloatArray, channel: str) -> Sentinels | None:
-    """Returns what in the values of a channel, shape (n,), stands for no value; None if nothing."""
-    left = values[np.isfinite(values)]
-    numbers: list[float] = []
-    while left.size:
-        # Both ends at once, as each would hide the other.
-        ends = [float(left.min()), float(left.max())]
-        huge = [end for end in ends if abs(end) >= NO_QUANTITY]
-        others = left[~np.isin(left, huge or ends)]
-        found = [end for end in huge or ends if _is_none(end, left, others, channel)]
-        if not found:
-            break
-        numbers += found
-        left = left[~np.isin(left, found)]
-    if not numbers or not left.size:
-        return None
-    return Sentinels(tuple(numbers), float(left.min()), float(left.max()))
-
-
-def has_sentinels(columns: Mapping[str, FloatArray]) -> bool:
-    """Whether a column, named by its channel, has numbers that stand for no value."""
-    return any(sentinels_of(one, name) for name, one in columns.items() if name != TIME)
 
 
 def _as_numbers(name: str, values: npt.ArrayLike, file: Path | str) -> npt.NDArray[np.float64]:
@@ -241,37 +173,203 @@ def _check_size(
         )
 
 
-def _is_none(number: float, left: FloatArray, others: FloatArray, channel: str) -> bool:
-    if others.size < LEAST_VALUES:
-        return False
-    largest = float(np.max(np.abs(others)))
-    distance, span = float(np.min(np.abs(others - number))), float(np.ptp(others))
-    repeats = int(np.count_nonzero(left == number)) > 1
-    if abs(number) >= NO_QUANTITY:
-        return largest < NO_QUANTITY and (repeats or abs(number) < 1e40)
-    nines = number in NINES
-    if channel in SWITCHED or channel not in CHANNELS:
-        # No full scale is -9999, but that of a pulse width may be 999.
-        far = FAR if nines and number < -1000.0 else FAR_SWITCHED
-        if distance <= far * span or not _differ(others, 2 if nines else LEAST_DIFFERENT):
-            return False
-        # A command in counts is whole, and may step to the end of its integer.
-        counts = bool((others == np.round(others)).all())
-        return nines or (
-            repeats
-            and not counts
-            and abs(number) > LARGEST_COMMAND
-            and abs(number) >= FAR * largest
-        )
-    if nines or number in FULL:
-        return distance > FAR_KNOWN * span and distance > 0.0
-    return (
-        repeats
-        and distance > FAR * span
-        and abs(number) >= FAR * largest
-        and _differ(others, LEAST_DIFFERENT)
+MAX_JITTER = 0.01  # relative to dt; a record with more jitter does not count as uniform
+GAP_FACTOR = 1.5  # a step longer than this many median steps is a gap
+# A longer step than so many usual ones is a gap across which a log is not interpolated.
+BRIDGED_STEPS = 4.0
+
+
+class TimeError(RecordError):
+    """The time column of a record is not uniform; another module may be able to resample it."""
+
+
+@dataclass(frozen=True)
+class Jitter:
+    """Deviation of the time steps inside segments from the sampling time dt."""
+
+    max_relative: float
+    """Largest |step - dt| / dt."""
+    rms_relative: float
+    """Root mean square of (step - dt) / dt."""
+    worst_row: int
+    """Row at the end of the step with the largest deviation, counted as in `RecordError.row`."""
+
+
+@dataclass(frozen=True)
+class Gap:
+    """A gap in the time of a record."""
+
+    row: int
+    """Row of the first sample after the gap, counted as in `RecordError.row`."""
+    start_s: float
+    """Time of the last sample before the gap, in seconds."""
+    duration_s: float
+    """Time between the two samples around the gap, in seconds."""
+
+
+@dataclass(frozen=True)
+class TimeBase:
+    """Result of `analyse_time`: dt_s, jitter, gaps, and the segments as slices of samples."""
+
+    dt_s: float
+    jitter: Jitter
+    gaps: tuple[Gap, ...]
+    segments: tuple[slice, ...]
+
+
+def analyse_time(
+    time_s: npt.NDArray[np.float64], *, file: Path | str, first_row: int, column: str = "time_s"
+) -> TimeBase:
+    """Checks the time column and splits the record at its gaps.
+
+    A step is a gap if it is longer than 1.5 times the median step. dt_s is the mean of the other
+    steps, and each of them must agree with dt_s within 1 %.
+
+    Parameters
+    ----------
+    time_s
+        time in seconds, shape (n,), n >= 2, finite.
+    file
+        name of the file in messages.
+    first_row
+        row number of the first sample in messages.
+    column
+        name of the time column in messages.
+
+    Raises
+    ------
+    RecordError
+        a time is repeated, time runs backwards, or the steps are uneven.
+    """
+    steps = np.diff(time_s)
+
+    def refused(k: int, problem: str, expected: str, mend: str) -> TimeError:
+        row = k + 1 + first_row
+        return TimeError(file, problem, row=row, column=column, expected=expected, mend=mend)
+
+    back = np.flatnonzero(steps <= 0.0)
+    if back.size:
+        time_before, time = (float(one) for one in time_s[back[0] : back[0] + 2])
+        problem = f"time runs backwards, from {time_before:.9g} s to {time:.9g} s"
+        mend = "sort the rows by time, or split the file where a new run starts"
+        if time == time_before:
+            problem = f"the time {time:.9g} s is the same as in the row before"
+            mend = "remove the repeated rows, or write time with more digits"
+        if back.size > 1:
+            problem += f" ({back.size} such rows)"
+        raise refused(int(back[0]), problem, "time that increases", mend)
+    is_gap = steps > GAP_FACTOR * float(np.median(steps))
+    regular = steps[~is_gap]
+    dt_s = float(np.mean(regular))
+    deviation = np.where(is_gap, 0.0, steps / dt_s - 1.0)
+
+    worst = int(np.argmax(np.abs(deviation)))
+    # Two neighbouring times are each rounded to half a unit in the last place. Their difference
+    # therefore has a rounding error of up to one unit.
+    rounding = float(np.spacing(np.max(np.abs(time_s)))) / dt_s
+    uneven = np.flatnonzero(np.abs(deviation) > MAX_JITTER + rounding)
+    if uneven.size:
+        step = float(steps[uneven[0]])
+        problem = f"uneven time: this step is {step:.6g} s, the mean step is {dt_s:.6g} s "
+        problem += f"({100.0 * (step / dt_s - 1.0):+.1f} %)"
+        mend = "resample the record to a uniform step"
+        resolution = written_resolution(time_s)
+        if resolution is not None and resolution > MAX_JITTER * dt_s:
+            mend = (
+                f"time is written in steps of {resolution:g} s, too coarse for samples "
+                f"{dt_s:.3g} s apart: write it with more digits, or {mend}"
+            )
+        expected = f"steps equal within {100.0 * MAX_JITTER:g} %"
+        raise refused(int(uneven[0]), problem, expected, mend)
+
+    segment_ends = np.flatnonzero(is_gap) + 1
+    edges = [0, *segment_ends.tolist(), time_s.size]
+    return TimeBase(
+        dt_s=dt_s,
+        jitter=Jitter(
+            max_relative=float(abs(deviation[worst])),
+            rms_relative=float(np.sqrt(np.mean(deviation[~is_gap] ** 2))),
+            worst_row=worst + 1 + first_row,
+        ),
+        gaps=tuple(
+            Gap(int(k) + first_row, float(time_s[k - 1]), float(steps[k - 1])) for k in segment_ends
+        ),
+        segments=tuple(slice(a, b) for a, b in pairwise(edges)),
     )
 
 
-def _differ(values: FloatArray, count: int) -> bool:
-    return bool(np.unique(values).size >= count)
+def is_uniform(time_s: npt.NDArray[np.float64]) -> bool:
+    """Whether `analyse_time` accepts these times."""
+    try:
+        analyse_time(time_s, file="", first_row=1)
+    except TimeError:
+        return False
+    return True
+
+
+def written_resolution(time_s: npt.NDArray[np.float64]) -> float | None:
+    """Returns the coarsest step 10^-d s, d = 0..6, of which every time is a multiple, or None."""
+    for digits in range(7):
+        if np.allclose(np.round(time_s, digits), time_s, rtol=0.0, atol=10.0**-digits * 1e-6):
+            return float(10.0**-digits)
+    return None
+
+
+def missing_rows(gap: Gap, dt_s: float) -> int:
+    """Returns the number of rows that are missing in a gap."""
+    return max(round(gap.duration_s / dt_s) - 1, 1)
+
+
+def is_short(gap: Gap, dt_s: float) -> bool:
+    """Whether so few rows are missing that a log is interpolated there."""
+    return gap.duration_s <= (BRIDGED_STEPS + MAX_JITTER) * dt_s
+
+
+def pieces_in_words(record: Record) -> str:
+    """Returns one clause on the gaps of a record and the pieces that they leave.
+
+    It begins as in "128 single rows are missing".
+    """
+    assert record.dt_s is not None
+    dt_s = record.dt_s
+    short = [gap for gap in record.gaps if is_short(gap, dt_s)]
+    long = [gap for gap in record.gaps if not is_short(gap, dt_s)]
+    said = []
+    if short:
+        rows = sum(missing_rows(gap, dt_s) for gap in short)
+        if rows == len(short):
+            said.append("1 single row is" if rows == 1 else f"{rows} single rows are")
+        else:
+            where = "1 place" if len(short) == 1 else f"{len(short)} places"
+            said.append(f"{rows} rows at {where} are")
+        said[0] += " missing"
+    if long:
+        longest = max(long, key=lambda gap: gap.duration_s)
+        seconds = f"{longest.duration_s:.3g} s after {longest.start_s:.4g} s"
+        said.append(
+            f"there is a gap of {seconds}"
+            if len(long) == 1
+            else f"there are {len(long)} gaps, the longest of {seconds}"
+        )
+    return f"{' and '.join(said)}, so the record is in {len(record.segments)} pieces"
+
+
+def mend_of_gaps(record: Record) -> str:
+    """Returns what helps against the gaps of a record."""
+    assert record.dt_s is not None
+    if any(is_short(gap, record.dt_s) for gap in record.gaps):
+        return (
+            f"read it with --dt {record.dt_s:.6g}, which interpolates holes of up to "
+            f"{round(BRIDGED_STEPS) - 1} rows"
+        )
+    return "find out why the logger left rows out, or give a part without a gap"
+
+
+def gap_remarks(record: Record) -> tuple[str, ...]:
+    """Returns a remark on a record with gaps that was read as it is; none of one without."""
+    if not record.gaps:
+        return ()
+    return (
+        f"{pieces_in_words(record)}; nothing is filled in, and a simulation starts anew in each. "
+        f"To mend it: {mend_of_gaps(record)}",
+    )

@@ -13,14 +13,32 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from types import MappingProxyType
 
-from ..catalogue.channels import CHANNELS, TIME
-from .errors import nearest_name
-from .layout import ColumnMap, Layout, is_convertible, layout_of, names_in_file, usual_units
-from .record import Record, toml_string
+from ..catalogue.channels import CHANNELS, POSITION, TIME
+from .errors import RecordError, misnamed_column, nearest_name
+from .names import unit_in_name, unknown_unit, without_unit
+from .record import Record, columns_line
+from .units import conversion, is_convertible, pint_unit, usual_units
 
 # Begins the reason of a column that [columns] of a rig names; one that --map names is only "named".
 NAMED_BY_RIG = "named in [columns]"
+PRESSURE_UNIT = "Pa"
 FORM = "CHANNEL=COLUMN or CHANNEL=COLUMN [UNIT], such as 'position_m=Stroke [mm]'"
+
+
+@dataclass(frozen=True)
+class ColumnMap:
+    """Name and unit that a column of the schema has in a file."""
+
+    name: str
+    """Name of the column as written in the file."""
+    unit: str | None = None
+    """Unit in the notation of pint, e.g. "mm", "bar", "percent", with a factor before it where the
+    numbers are multiples, e.g. "0.1 mm"; None is the unit that the log states, or else, in a
+    layout, that of the schema."""
+
+
+Layout = Mapping[str, ColumnMap]
+"""Maps a column name of the schema to name and unit in the file."""
 
 
 @dataclass(frozen=True)
@@ -51,16 +69,11 @@ class Request:
     layout: Layout
     hints: Hints
 
-    def is_met_by(self, file_names: Sequence[str], path: Path) -> bool:
+    def is_met_by(self, names: Mapping[str, str], layout: Layout) -> bool:
         """Whether a file has all required columns, and the mapped ones, under the names asked for.
 
-        Raises
-        ------
-        RecordError
-            two columns of the file would get the same name.
+        `names` and `layout` are those that `names_in_file` and `layout_of` return for the file.
         """
-        layout = layout_of(file_names, self.layout)
-        names = names_in_file(file_names, layout, path)
         requested = self.requested(names)
         needed = (*self.required, *(name for name in layout if name in requested))
         if any(self._log_has_unit(names, layout, name) for name in layout):
@@ -71,8 +84,6 @@ class Request:
 
     def _log_has_unit(self, names: Mapping[str, str], layout: Layout, channel: str) -> bool:
         """Whether a column without a unit in the layout has one in its name, not the schema's."""
-        from .logs.names import unit_in_name, unknown_unit
-
         if layout[channel].unit is not None or channel not in self.requested(names):
             return False
         name = layout[channel].name
@@ -112,8 +123,6 @@ def parse_maps(texts: Iterable[str], option: str = "--map") -> dict[str, ColumnM
         a text has another form, an unknown channel or a unit of another kind, or a channel comes
         twice; the message begins with `option`.
     """
-    from .logs.units import pint_unit
-
     maps: dict[str, ColumnMap] = {}
     for text in texts:
         channel, equals, column = (part.strip() for part in text.partition("="))
@@ -148,22 +157,26 @@ def parse_maps(texts: Iterable[str], option: str = "--map") -> dict[str, ColumnM
 
 def map_option(channel: str, column: str, unit: str | None) -> str:
     """Returns the option --map for a column; without a unit for None and "1"."""
+    column = without_unit(column, channel) if channel in CHANNELS else column
     value = f"{channel}={column}" if unit in (None, "1") else f"{channel}={column} [{unit}]"
     return f"--map {shlex.quote(value)}"
 
 
-def columns_line(channel: str, column: str, unit: str | None) -> str:
-    """Returns the line of [columns] in a rig file for a column; without a unit for None."""
-    pairs = f"name = {toml_string(column)}"
-    pairs += "" if unit is None else f", unit = {toml_string(unit)}"
-    return f"{channel} = {{ {pairs} }}"
+def example_unit(channel: str) -> str | None:
+    """Returns a unit in which logs often have a channel; None where it has but one."""
+    if channel == POSITION:
+        return "mm"
+    guesses = CHANNELS[channel].guesses if channel in CHANNELS else ()
+    if guesses and CHANNELS[channel].unit == PRESSURE_UNIT:
+        return "bar"
+    return guesses[1].unit if len(guesses) > 1 else None
 
 
 def how_to_name(channel: str, column: str, unit: str | None, *, by_rig: bool) -> str:
     """Returns the line of [columns] for a column that the rig names, else the option --map."""
     if by_rig:
         return f"in [columns] of the rig, {columns_line(channel, column, unit)}"
-    return _map_option_of(channel, column, unit)
+    return map_option(channel, column, unit)
 
 
 def units_differ(
@@ -173,18 +186,14 @@ def units_differ(
 
     `stated` is the unit that the log has outside of the name of the column.
     """
-    from .logs.names import unit_in_name
-    from .logs.units import conversion, pint_unit
-
     said = pint_unit(stated, channel) if stated and stated.strip() else None
     said = said or unit_in_name(column, channel)
     if unit is None or said is None or conversion(said, channel) == conversion(unit, channel):
         return ()
-    where, say = ("[columns]", columns_line) if by_rig else ("--map", _map_option_of)
-    line = say(channel, column, said)
+    where, say = ("[columns]", columns_line) if by_rig else ("--map", map_option)
     return (
         f"'{column}' is in {said} as the log says, and in {unit} as {where} says: {unit} is taken. "
-        f"If the log is right: {line}",
+        f"If the log is right: {say(channel, column, said)}",
     )
 
 
@@ -219,17 +228,75 @@ def how_to_exchange(
     record: Record, layout: Mapping[str, ColumnMap], first: str, second: str
 ) -> str:
     """Returns the words with which the columns of two channels of one unit are exchanged."""
-    parts = []
     read = {name: reading_of(record, layout, name) for name in (first, second)}
     by_rig = all(named for _, _, named in read.values())
-    for name, other in ((first, second), (second, first)):
-        column, unit, _ = read[other]
-        say = columns_line if by_rig else _map_option_of
-        parts.append(say(name, column, unit or CHANNELS[other].unit))
+    say = columns_line if by_rig else map_option
+    parts = [
+        say(name, read[other][0], read[other][1] or CHANNELS[other].unit)
+        for name, other in ((first, second), (second, first))
+    ]
     return f"in [columns] of the rig, {' and '.join(parts)}" if by_rig else " ".join(parts)
 
 
-def _map_option_of(channel: str, column: str, unit: str | None) -> str:
-    from .logs.units import without_unit
+def check_layout(layout: Layout, file: Path | str) -> None:
+    """Checks that every target column is in the schema and that every unit converts.
 
-    return map_option(channel, without_unit(column, channel), unit)
+    Raises
+    ------
+    RecordError
+        a column is not in the schema, or a unit does not convert.
+    """
+    for target, column in layout.items():
+        if target not in CHANNELS:
+            raise misnamed_column(file, target, CHANNELS, "a column of the schema")
+        if column.unit is not None and not is_convertible(column.unit, CHANNELS[target].unit):
+            raise RecordError(
+                file,
+                f"'{column.unit}' is not a unit of '{target}'",
+                column=column.name,
+                expected=f"a unit that converts into {CHANNELS[target].unit}, "
+                + usual_units(column.unit, CHANNELS[target].unit),
+                mend="correct the unit in the layout ([columns] of the rig)",
+            )
+
+
+def layout_of(file_names: Sequence[str], layout: Layout) -> Layout:
+    """Returns the layout, or an empty one for a file that has the column names of the schema.
+
+    The layout is empty if the file has none of the names in the layout and at least one of the
+    schema names that it maps. So a rig that maps the columns of its logger can also read records
+    of its simulator. Columns with schema names have the units of the schema.
+    """
+    mapped = {column.name for column in layout.values()}
+    return (
+        {} if mapped.isdisjoint(file_names) and not layout.keys().isdisjoint(file_names) else layout
+    )
+
+
+def names_in_file(file_names: Sequence[str], layout: Layout, file: Path | str) -> dict[str, str]:
+    """Maps the column names of the record to the names in the file, in the order of the file.
+
+    Columns that are not in the layout keep their names. Columns that are in the layout but not in
+    the file are left out.
+
+    Raises
+    ------
+    RecordError
+        two columns of the file would get the same name.
+    """
+    targets: dict[str, list[str]] = {}
+    for target, column in layout.items():
+        targets.setdefault(column.name, []).append(target)
+    names: dict[str, str] = {}
+    for name in file_names:
+        for target in targets.get(name, [name]):
+            if target in names:
+                raise RecordError(
+                    file,
+                    f"both '{names[target]}' and '{name}' would be read as '{target}'",
+                    column=target,
+                    expected="one column of the file for each column of the record",
+                    mend="correct the layout ([columns] of the rig), or rename the column",
+                )
+            names[target] = name
+    return names

@@ -1,39 +1,44 @@
 # SPDX-License-Identifier: MIT
-"""Reads a record from a file.
+"""Reads a record: from a file with the names of the schema, from any log, from columns in memory.
 
-What finds the kind of a file and reads logs is imported only when a file is opened.
+The readers of the kinds of files are imported only when a file is opened.
 """
 
 from __future__ import annotations
 
-import hashlib
 import math
 import os
-from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager, nullcontext
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from types import MappingProxyType
-from typing import TYPE_CHECKING
+from typing import Any
 
+import numpy as np
+import numpy.typing as npt
+
+from ..base.numbers import masked_count
 from ..catalogue.channels import CHANNELS, COMMAND, POSITION, REQUIRED_COLUMNS, TIME
-from .checks import check_columns, has_sentinels, without_useless
-from .errors import RecordError, bounded_memory, decompress, read_file
-from .layout import (
+from .checks import TimeError, check_columns, gap_remarks, without_useless
+from .clock import Clocks
+from .errors import RecordError
+from .log import Log, Part, Table, series_of
+from .mapping import (
+    NO_HINTS,
     ColumnMap,
+    Hints,
     Layout,
+    Request,
     check_layout,
-    gauge_remarks,
-    in_schema_unit,
     layout_of,
     names_in_file,
+    units_differ,
 )
-from .mapping import NO_HINTS, Hints, Request, units_differ
-from .record import Origin, Record, make_record, without_numbers
-from .timebase import TimeError, gap_remarks
-
-if TYPE_CHECKING:
-    from .logs.log import Log, Table
+from .matching import Matching
+from .record import Origin, Record, digest, make_record, without_numbers
+from .resampling import Maker, even_record
+from .units import gauge_remarks, in_schema_unit
+from .values import has_sentinels
 
 AS_THE_SCHEMA: Layout = MappingProxyType({})
 # Longer sampling times are none of a servo; such a column of time is often in milliseconds.
@@ -90,8 +95,10 @@ def read_record(
         required = REQUIRED_COLUMNS if columns is None else tuple(columns)
     check_layout(layout, path)
     request = Request(columns, tuple(required), layout, hints)
-    with _opened(path) as (file, name, sha256):
-        return record_in(file, path, request, name=name, sha256=sha256)
+    from .kinds import opened
+
+    with opened(path) as (file, name, sha256):
+        return _record_in(file, path, request, name=name, sha256=sha256)
 
 
 def open_unread(path: Path) -> Log:
@@ -102,13 +109,13 @@ def open_unread(path: Path) -> Log:
     RecordError
         the file cannot be read.
     """
-    from .logs.log import Log
+    from .kinds import opened
 
-    with _opened(path) as (file, _, _):
+    with opened(path) as (file, _, _):
         return file if isinstance(file, Log) else file.log()
 
 
-def record_in(
+def _record_in(
     file: Log | Table, path: Path, request: Request, *, name: str, sha256: str | None
 ) -> Record:
     """Returns the record in a file that is open: its table as it is, if it can be, or its log.
@@ -118,9 +125,6 @@ def record_in(
     RecordError
         as `read_record`.
     """
-    from .logs.log import Table
-    from .logs.reading import record_of
-
     no_signal: RecordError | None = None
     if isinstance(file, Table):
         try:
@@ -141,7 +145,7 @@ def record_in(
         file = file.log()
         if no_signal is not None and not file.series and not file.notes:
             raise no_signal
-    return record_of(file, path, request, name=name, sha256=sha256)
+    return _record_of(file, path, request, name=name, sha256=sha256)
 
 
 def _is_other_log(file_names: Sequence[str]) -> bool:
@@ -151,7 +155,7 @@ def _is_other_log(file_names: Sequence[str]) -> bool:
     """
     if TIME in file_names and POSITION in file_names:
         return False
-    from .logs.names import means, unit_in_name
+    from .names import means, unit_in_name
 
     named = TIME not in file_names and any(means(name, TIME) for name in file_names)
     return named or (
@@ -169,10 +173,12 @@ def _as_it_is(
     is a log.
     """
     file_names = table.names()
-    if file_names is None or not request.is_met_by(file_names, path) or _is_other_log(file_names):
+    if file_names is None:
         return None
     layout = layout_of(file_names, request.layout)
     names = names_in_file(file_names, layout, path)
+    if not request.is_met_by(names, layout) or _is_other_log(file_names):
+        return None
     asked = request.requested(names)
     texts = table.text_names()
     known = (TIME, *CHANNELS, *request.required, *(request.columns or ()))
@@ -192,7 +198,9 @@ def _as_it_is(
     if has_sentinels(columns):
         return None
     for target in columns.keys() & layout.keys():
-        columns[target] = in_schema_unit(columns[target], layout[target], CHANNELS[target].unit)
+        columns[target] = in_schema_unit(
+            columns[target], layout[target].unit, CHANNELS[target].unit
+        )
     try:
         record = make_record(
             columns, name=name, source=path, sha256=sha256, first_row=table.first_row
@@ -211,8 +219,6 @@ def _as_it_is(
             *gap_remarks(record),
         )
     except TimeError as error:
-        from .logs.reading import even_record
-
         record, remarks = even_record(
             columns, error, path=path, name=name, sha256=sha256, first_row=table.first_row
         )
@@ -230,54 +236,143 @@ def _slow_remarks(record: Record) -> tuple[str, ...]:
     )
 
 
-@contextmanager
-def _opened(path: Path) -> Iterator[tuple[Log | Table, str, str]]:
-    """Opens a file for as long as the block lasts; gives its name and its SHA-256 digest, too."""
-    from .formats import ending_of, kind_of, opened
-
-    ending = _folder_kind(path) if path.is_dir() else ending_of(path)
-    # Without its ending: "run.csv.gz" gives "run".
-    name = path.name if path.is_dir() else path.name[: -len(ending) - 1]
-    data, sha256 = _bytes(path)
-    if ending.endswith(".gz"):
-        data = decompress(data, path)
-    kind = kind_of(data, path, ending)
-    with bounded_memory(path) if kind.unbounded else nullcontext():
-        yield opened(kind, data, path), name, sha256
-
-
-def _folder_kind(path: Path) -> str:
-    """Returns the kind of a folder that is one log.
+def _record_of(log: Log, path: Path, request: Request, *, name: str, sha256: str | None) -> Record:
+    """Returns the record that a log holds.
 
     Raises
     ------
     RecordError
-        it is another folder.
+        a required column is not found, or not without doubt; its time cannot be repaired.
     """
-    if (path / "metadata.yaml").is_file():
-        return "db3"
-    raise RecordError(
-        path,
-        "this is a directory",
-        expected="a record file",
-        mend="name one of the files in it",
+    required, hints = request.required, request.hints
+    named = CHANNELS if request.columns is None else request.columns
+    wanted = list(dict.fromkeys([*named, *required, *hints.maps]))
+    matching = Matching(log, path, request)
+    choices = matching.choose(wanted, set(required) - {TIME})
+    clocks = Clocks(log, path, request)
+    if request.columns is None:
+        choices += matching.rest(choices, clocks.columns())
+    if not choices:
+        raise RecordError(
+            path,
+            "; ".join((f"no column of numbers was found (read as {log.kind})", *log.notes)),
+            expected="at least one signal",
+            mend="look into the file, or export it again",
+        )
+    maker = Maker(path, log.first_row, hints.dt_s)
+    made, taken_time = maker.make(choices, clocks, set(required), TIME in required)
+    if taken_time is None and matching.without_value:
+        column, remark = next(iter(matching.without_value.items()))
+        raise RecordError(
+            path,
+            f"{remark}, and without a time there can be no gap",
+            column=column,
+            expected="a value in every row, or a time",
+            mend="say the sampling time in seconds, such as --dt 0.001, or correct these rows",
+        )
+    used = [one.taken for one in choices if one.taken.channel in made]
+    taken = (*([taken_time.taken] if taken_time else []), *used)
+    remarks = (
+        *log.notes,
+        *(matching.missing(taken) if request.columns is None else ()),
+        *matching.remarks,
+        *without_numbers(log.texts),
+        *clocks.remarks,
+        *maker.remarks,
+    )
+    origin = Origin(log.kind, taken, remarks)
+    return make_record(
+        made, name=name, source=path, sha256=sha256, first_row=log.first_row, origin=origin
     )
 
 
-def _bytes(path: Path) -> tuple[bytes, str]:
-    """Returns the content of a file and its SHA-256; of a folder its digest only."""
+def record_of_columns(
+    columns: Mapping[str, npt.ArrayLike], *, hints: Hints = NO_HINTS, name: str = "record"
+) -> Record:
+    """Returns the record that a file with these columns would give.
+
+    Parameters
+    ----------
+    columns
+        one-dimensional values of equal length by column name. Columns with the names of the schema
+        are in its units. Dates are allowed where they are the time.
+    hints
+        names, units and sampling time that the user states, as for `read_record`.
+    name
+        of the record, also in messages.
+
+    Returns
+    -------
+    The record, without a file as its source; `sha256` is the digest of the columns.
+
+    Raises
+    ------
+    RecordError
+        a column has a problem; the message says where it is and how to mend it.
+    """
+    given = {str(key): _array(values, str(key), name) for key, values in columns.items()}
+    _check(given, name)
+    request = Request(None, (), {}, hints)
+    record = _record_in(_Columns(given, name), Path(name), request, name=name, sha256=None)
+    return replace(record, source=None, sha256=digest(given.items()))
+
+
+class _Columns(Table):
+    """Arrays of equal length by name."""
+
+    ending = "columns in memory"
+    is_flat = True
+
+    def __init__(self, arrays: Mapping[str, npt.NDArray[Any]], name: str) -> None:
+        self._arrays = arrays
+        self._name = name
+
+    def names(self) -> list[str] | None:
+        dated = any(values.dtype.kind in "mM" for values in self._arrays.values())
+        return None if dated else list(self._arrays)
+
+    def text_names(self) -> list[str]:
+        return [key for key, values in self._arrays.items() if values.dtype.kind not in "fiubmM"]
+
+    def read(self, wanted: Sequence[str]) -> dict[str, npt.NDArray[Any]]:
+        return {name: self._arrays[name] for name in wanted}
+
+    def log(self) -> Log:
+        texts = self.text_names()
+        for key in texts:
+            if key in CHANNELS:
+                raise RecordError(
+                    self._name,
+                    f"the values are of type {self._arrays[key].dtype.name}",
+                    column=key,
+                    expected="real numbers",
+                    mend="convert the column to numbers",
+                )
+        parts = [Part.of((key,), values) for key, values in self._arrays.items()]
+        return Log(self.ending, series_of(parts, Path(self._name)), texts=tuple(texts))
+
+
+def _array(values: npt.ArrayLike, column: str, name: str) -> npt.NDArray[Any]:
+    if isinstance(values, np.ndarray):  # a masked array stays one, so that its mask is seen
+        return values
     try:
-        if "\0" in str(path):
-            problem, mend = "the path has a zero byte", "check the path"
-        elif path.is_dir():
-            files = sorted(file for file in path.iterdir() if file.is_file())
-            contents = [read_file(file) for file in files]
-            return b"", hashlib.sha256(b"".join(contents)).hexdigest()
-        else:
-            data = read_file(path)
-            return data, hashlib.sha256(data).hexdigest()
-    except FileNotFoundError:
-        problem, mend = "there is no such file", "check the path"
-    except OSError as error:
-        problem, mend = f"the file cannot be read ({error.strerror})", "check its permissions"
-    raise RecordError(path, problem, expected="a record file", mend=mend)
+        return np.asarray(values)
+    except ValueError:  # lists of unequal lengths in a list
+        raise RecordError(
+            name,
+            "the values are not one column",
+            column=column,
+            expected="a vector, one value a sample",
+            mend="give each signal under its own name",
+        ) from None
+
+
+def _check(columns: Mapping[str, npt.NDArray[Any]], name: str) -> None:
+    if not columns:
+        check_columns({}, file=name, first_row=1)
+    for key, values in columns.items():
+        if masked_count(values):
+            check_columns({key: values}, file=name, first_row=1)
+        if values.shape[:1] != next(iter(columns.values())).shape[:1]:
+            numbers = {one: np.zeros(array.shape) for one, array in columns.items()}
+            check_columns(numbers, file=name, first_row=1)

@@ -1,26 +1,26 @@
 # SPDX-License-Identifier: MIT
-"""The record: uniform samples of named columns, and functions that build it and tell it apart.
-
-What was taken for what in a log that does not follow the schema of records.
-"""
+"""The record: uniform samples of named columns, how it came from a log, and how it is written."""
 
 from __future__ import annotations
 
+import gzip
 import hashlib
+import os
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from io import BytesIO
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 import numpy.typing as npt
 
+from ..base.files import replacing
 from ..catalogue.channels import CHANNELS, TIME
-from .checks import check_columns
+from .checks import Gap, Jitter, analyse_time, check_columns
 from .errors import RecordError, missing_column
-from .layout import is_convertible
-from .timebase import Gap, Jitter, analyse_time
+from .units import is_convertible
 
 MOST_LISTED = 12  # names of columns in a remark
 DATES = "dates or times in the log"  # begins the reason of a time that has no unit
@@ -41,6 +41,13 @@ class Taken:
     """The conversion."""
     why: str
     """The reason, in words."""
+
+    def unit_to_state(self) -> str | None:
+        """Returns the unit; None of dates and of a command that keeps its numbers, as in mA."""
+        schema_unit = CHANNELS[self.channel].unit
+        unit = self.unit or schema_unit
+        counted = self.unit is None and (self.offset != 0.0 or self.why.startswith(DATES))
+        return unit if is_convertible(unit, schema_unit) and not counted else None
 
 
 @dataclass(frozen=True)
@@ -78,7 +85,7 @@ class Origin:
     def columns_block(self) -> str:
         """Returns the columns of the schema as a [columns] block of a rig file; "" without any."""
         lines = [
-            f"{one.channel} = {{ {_pairs(one)} }}"
+            columns_line(one.channel, one.column, one.unit_to_state())
             for one in self.taken
             if one.channel in CHANNELS and one.column
         ]
@@ -99,15 +106,11 @@ def unit_of(name: str) -> str:
     return CHANNELS[name].unit if name in CHANNELS else "as logged"
 
 
-def _pairs(taken: Taken) -> str:
-    """Returns name and unit; no unit of dates and of a command that keeps its numbers, as in mA."""
-    name = f"name = {toml_string(taken.column)}"
-    schema_unit = CHANNELS[taken.channel].unit
-    unit = taken.unit or schema_unit
-    counted = taken.unit is None and (taken.offset != 0.0 or taken.why.startswith(DATES))
-    if counted or not is_convertible(unit, schema_unit):
-        return name
-    return f"{name}, unit = {toml_string(unit)}"
+def columns_line(channel: str, column: str, unit: str | None) -> str:
+    """Returns the line of [columns] in a rig file for a column; without a unit for None."""
+    pairs = f"name = {toml_string(column)}"
+    pairs += "" if unit is None else f", unit = {toml_string(unit)}"
+    return f"{channel} = {{ {pairs} }}"
 
 
 def toml_string(text: str) -> str:
@@ -285,3 +288,112 @@ def told_apart(records: Sequence[Record]) -> list[Record]:
 def _place(record: Record) -> Path | str:
     """Returns the file of a record, or its name where it has none."""
     return record.source or record.name
+
+
+Format = Literal["csv", "csv.gz", "parquet", "mat", "npz"]
+
+# Those that are written. "csv.gz" is one of its own: "rec.csv.gz" matches no other ending.
+FORMATS: tuple[Format, ...] = ("csv.gz", "csv", "parquet", "mat", "npz")
+
+
+def write_record(record: Record, path: str | os.PathLike[str]) -> None:
+    """Writes the record in the format of the file's extension; replaces an existing file.
+
+    Reading the file gives the same float64 values. The file appears under its name only when it is
+    complete.
+
+    Raises
+    ------
+    RecordError
+        the extension is unknown, the format does not allow a column name, or the file cannot be
+        written.
+    """
+    path = Path(path)
+    content = record_bytes(record, path)
+    try:
+        with replacing(path) as unfinished:
+            unfinished.write_bytes(content)
+    except OSError as error:
+        raise RecordError(
+            path,
+            f"the file cannot be written ({error.strerror})",
+            expected="a folder that exists and may be written to",
+            mend="create the folder, or choose another place",
+        ) from None
+
+
+def record_bytes(record: Record, path: str | os.PathLike[str]) -> bytes:
+    """Returns the content of a record's file in the format of the file's extension.
+
+    Raises
+    ------
+    RecordError
+        the extension is unknown, or the format does not allow a column name; it names the path.
+    """
+    path = Path(path)
+    kind = format_of(path)
+    columns: dict[str, npt.NDArray[np.float64]] = dict(record.columns)
+    if record.time_s is not None:
+        columns = {TIME: record.time_s, **columns}
+    for name in columns if kind == "mat" else ():
+        if not (name.isascii() and name.isidentifier() and name[0] != "_" and len(name) <= 63):
+            raise RecordError(
+                path,
+                "MATLAB does not allow this name for a variable",
+                column=name,
+                expected="a letter, then letters, digits and underscores, 63 at most",
+                mend="rename the column, or write another format",
+            )
+    return _encode(columns, kind)
+
+
+def _encode(columns: dict[str, npt.NDArray[np.float64]], kind: Format) -> bytes:
+    # Only the library of the file's format is imported: polars and scipy take long to import.
+    buffer = BytesIO()
+    match kind:
+        case "csv":
+            import polars as pl
+
+            pl.DataFrame(columns).write_csv(buffer)
+        case "csv.gz":
+            # Without a time stamp, the same record always gives the same bytes.
+            return gzip.compress(_encode(columns, "csv"), compresslevel=6, mtime=0)
+        case "parquet":
+            import polars as pl
+
+            pl.DataFrame(columns).write_parquet(buffer)
+        case "mat":
+            import scipy.io
+
+            file: Any = buffer  # the stubs accept only paths; the function takes any binary file
+            scipy.io.savemat(file, columns, oned_as="column", do_compression=True)
+        case "npz":
+            np.savez_compressed(buffer, **columns)  # type: ignore[arg-type]
+    return buffer.getvalue()
+
+
+def format_of(path: Path) -> Format:
+    """Returns the format that belongs to the ending of the name, in upper or lower case.
+
+    Raises
+    ------
+    RecordError
+        the ending is unknown.
+    """
+    for ending in FORMATS:
+        if path.name.lower().endswith("." + ending):
+            return ending
+    raise unknown_ending(path, sorted(FORMATS))
+
+
+def unknown_ending(
+    path: Path,
+    endings: Sequence[str],
+    mend: str = "export or convert the record to one of these formats",
+) -> RecordError:
+    """Returns the error for a name with an ending that is none of those listed."""
+    problem = (
+        f"the extension '{path.suffix}' is not known" if path.suffix else "it has no extension"
+    )
+    listed = ", ".join("." + ending for ending in endings)
+    return RecordError(path, problem, expected=f"one of {listed}", mend=mend)

@@ -17,7 +17,7 @@ from functools import cache
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
-from ..records.layout import define_gauges, is_unit
+from ..records.units import define_gauges, is_unit
 from .checks import LARGEST_SIGMA
 
 if TYPE_CHECKING:

@@ -23,7 +23,7 @@ from ..catalogue.parameters import PLANTS, effects, parameter_keys, plant_parame
 from ..catalogue.spellings import effect_values
 from ..records import ColumnMap
 from ..records.errors import nearest_name
-from ..records.layout import is_convertible, usual_units
+from ..records.units import is_convertible, usual_units
 from .checks import (
     RigError,
     check_complete,

@@ -18,7 +18,7 @@ from ..catalogue.channels import shown_channel
 from ..diagnosis.result import Diagnosis, HeldOutRun, diagnosis_text
 from ..diagnosis.schema import NEXT_EXPERIMENT, Remark
 from ..records import Origin, Record
-from ..records.writing import record_bytes
+from ..records.record import record_bytes
 from ..rigs import rig_text
 from .gap_plots import gap_bars, next_plots, run_blocks, value_table
 from .gap_words import SIMULATIONS, named_effect, told_reasons, told_remarks

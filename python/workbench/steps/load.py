@@ -8,7 +8,7 @@ from typing import Any
 
 import panel as pn
 
-from ehsid.harness.records.formats import ENDINGS
+from ehsid.harness.records.kinds import ENDINGS
 from ehsid.harness.show.page import Heading, Table
 
 from .. import look
@@ -158,7 +158,7 @@ def _label(column: LogColumn) -> str:
 
 def _steady(column: LogColumn) -> bool:
     """Whether a column is constant, or counts up as times and numbers of rows do by their name."""
-    from ehsid.harness.records.logs.names import is_counter, means
+    from ehsid.harness.records.names import is_counter, means
 
     same = column.low == column.high
     return same or means(column.name, "time_s") or is_counter(column.name)

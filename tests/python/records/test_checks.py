@@ -13,8 +13,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from ehsid.harness.records import Hints, Record, RecordError, read_record
-from ehsid.harness.records.checks import sentinels_of
-from ehsid.harness.records.formats import record_of_columns
+from ehsid.harness.records.reading import record_of_columns
+from ehsid.harness.records.values import sentinels_of
 
 FloatArray = npt.NDArray[np.float64]
 COUNT, DT_S = 400, 0.01

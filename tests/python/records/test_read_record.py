@@ -11,7 +11,7 @@ import polars as pl
 import pytest
 
 from ehsid.harness.records import Hints, Record, RecordError, read_record
-from ehsid.harness.records.formats import record_of_columns
+from ehsid.harness.records.reading import record_of_columns
 from ehsid.harness.records.record import digest, told_apart
 
 N, FILLED = 600, 18

@@ -24,8 +24,7 @@ from ehsid.harness.records import (
     read_record,
     write_record,
 )
-from ehsid.harness.records.checks import LARGEST
-from ehsid.harness.records.timebase import BRIDGED_STEPS, Gap, is_short
+from ehsid.harness.records.checks import BRIDGED_STEPS, LARGEST, Gap, is_short
 
 CRANE = ROOT / "examples" / "data" / "hydraulic_crane.csv"
 ENDINGS = ("csv", "csv.gz", "parquet", "mat", "npz")

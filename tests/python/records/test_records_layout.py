@@ -11,8 +11,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from ehsid.harness.records import CHANNELS, ColumnMap, RecordError, make_record, read_record
-from ehsid.harness.records.layout import EXAMPLES, FURTHER_UNITS, is_convertible, usual_units
-from ehsid.harness.records.logs.units import pint_unit
+from ehsid.harness.records.units import (
+    EXAMPLES,
+    FURTHER_UNITS,
+    is_convertible,
+    pint_unit,
+    usual_units,
+)
 
 # Name in the file, unit, SI value of 1 and of 3 units; values from the definitions of the units
 # (BIPM, SI brochure, 9th ed.; psi from 1 lb = 0.45359237 kg, g = 9.80665 m/s^2, 1 in = 25.4 mm).
@@ -173,7 +178,7 @@ def test_a_pint_that_cannot_be_loaded_is_no_unknown_unit(monkeypatch: pytest.Mon
     def broken() -> object:
         raise TypeError("cannot inherit frozen dataclass from a non-frozen one")
 
-    monkeypatch.setattr("ehsid.harness.records.layout._units", broken)
+    monkeypatch.setattr("ehsid.harness.records.units._units", broken)
     with pytest.raises(TypeError, match="frozen"):
         is_convertible("mm", "m")
 

@@ -16,7 +16,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from ehsid.harness.records import RecordError, read_record
-from ehsid.harness.records.mat_elements import DamagedError, check_elements
+from ehsid.harness.records.kinds.mat import DamagedError, check_elements
 
 
 def content(*, compressed: bool) -> bytes:

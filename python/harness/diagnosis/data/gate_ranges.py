@@ -14,8 +14,8 @@ import numpy as np
 
 from ...catalogue.channels import CHAMBER_PRESSURES, CHANNELS, SUPPLY_PRESSURE
 from ...records import Record
+from ...records.checks import mend_of_gaps, pieces_in_words
 from ...records.mapping import how_to_read
-from ...records.timebase import mend_of_gaps, pieces_in_words
 from ...rigs import Rig
 from ...rigs.rig import MOST_SIGMAS
 from ..schema import SKIP_S, WINDOW_S, Remark

@@ -9,6 +9,7 @@ from __future__ import annotations
 import csv
 from collections import Counter
 from collections.abc import Sequence
+from functools import cached_property
 from io import StringIO
 from pathlib import Path
 
@@ -16,16 +17,13 @@ import numpy as np
 import numpy.typing as npt
 
 from ..errors import COLUMNS, GZIP_MAGIC, RecordError
-from ..logs.cells import plain_number_mend
-from ..logs.dialect import ROWS_OF_ONE_FORM, has_results, is_cut
-from ..logs.log import Kind, Log, Table
-from ..logs.text_table import (
+from ..log import Kind, Log, Table
+from ..values import plain_number_mend
+from .dialect import ROWS_OF_ONE_FORM, has_results, is_cut
+from .text_table import (
     EXPECTED_CSV,
     UTF16_BOMS,
-    check_size,
-    decode,
-    dialect_of,
-    log_of,
+    Text,
     unreadable_line,
 )
 
@@ -47,22 +45,26 @@ class CsvTable(Table):
         self._body = b""
         self._refused: RecordError | None = None
 
+    @cached_property
+    def _text(self) -> Text:
+        return Text(self._data, self._path)
+
     def names(self) -> list[str] | None:
         """Returns the names in row 1; None where the text has another layout."""
         try:
-            text, note = decode(self._data, self._path)
+            text = self._text
         except RecordError as error:
             raise _why_no_text(self._data, self._path) or error from None
-        check_size(text, self._path)
-        try:
-            if note is not None and (refused := _why_no_text(self._data, self._path)):
-                raise refused
-            self._names, self._body = _split_header(text, self._path)
-        except RecordError as error:
-            self._refused = error
         # A file with another layout may have the right names: with a row of units below them, with
         # a decimal comma, or with dates in the column of time.
-        if _has_other_layout(text, is_coded=note is not None):
+        is_other = _has_other_layout(text)
+        try:
+            if text.notes and (refused := _why_no_text(self._data, self._path)):
+                raise refused
+            self._names, self._body = _split_header(text.content, self._path)
+        except RecordError as error:
+            self._refused = error
+        if is_other:
             return None
         if self._refused is not None:
             raise self._refused
@@ -71,7 +73,7 @@ class CsvTable(Table):
     def log(self) -> Log:
         """Returns the table of numbers in the text."""
         try:
-            return log_of(self._data, self._path)
+            return self._text.log()
         except RecordError as error:
             # An error with a row says more than why the file is no record of the schema.
             if self._refused is not None and error.row is None:
@@ -299,22 +301,19 @@ def _check_end(body: bytes, path: Path, *, row: int) -> None:
         )
 
 
-def _has_other_layout(text: bytes, *, is_coded: bool) -> bool:
-    """Whether a text is a table of numbers with another layout than that of a CSV record.
-
-    `is_coded` is whether it was not UTF-8.
-    """
-    dialect = dialect_of(text)
+def _has_other_layout(text: Text) -> bool:
+    """Whether a text is a table of numbers with another layout than that of a CSV record."""
+    dialect = text.dialect
     if dialect is None:
         return False
-    if has_results(text, dialect.delimiter):
+    if has_results(text.content, dialect.delimiter):
         return True
     plain = dialect.delimiter == "," and dialect.decimal == "." and dialect.names_row == 1
     named = len(dialect.names) - (dialect.names[-1:] == ("",))
     plain &= len(dialect.names) == dialect.columns and named == dialect.cells
     if dialect.names_row == 0 and dialect.data_row == 2 and dialect.delimiter == ",":
         return False  # names, but not as many as columns: the checks of a record say what is wrong
-    return is_coded or not plain or dialect.data_row != 2 or bool(dialect.dates)
+    return bool(text.notes) or not plain or dialect.data_row != 2 or bool(dialect.dates)
 
 
 def _is_number(text: str) -> bool:
@@ -326,11 +325,11 @@ def _is_number(text: str) -> bool:
     return True
 
 
-def _read(data: bytes, path: Path) -> Log | Table:
+def read_text(data: bytes, path: Path) -> Log | Table:
     """Returns the table in a CSV file, and the log in any other text."""
     is_csv = path.name.lower().endswith((".csv", ".csv.gz"))
-    return CsvTable(data, path) if is_csv else log_of(data, path)
+    return CsvTable(data, path) if is_csv else Text(data, path).log()
 
 
 NOTES = ("txt.gz", "dat.gz", "txt", "dat", "asc", "log", "prn")
-KIND = Kind(_read, ("csv.gz", "csv", "tsv.gz", "tsv", "tab", *NOTES), of_notes=NOTES)
+TEXT = Kind(read_text, ("csv.gz", "csv", "tsv.gz", "tsv", "tab", *NOTES), of_notes=NOTES)

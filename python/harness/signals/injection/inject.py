@@ -27,7 +27,7 @@ from ...base.numbers import FloatArray
 from ...catalogue.channels import CHANNELS
 from ...catalogue.channels import POSITION as POSITION_COLUMN
 from ...records import Record, make_record
-from ...records.writing import record_bytes
+from ...records.record import record_bytes
 from ...rigs import Rig
 from . import effects as on_command
 from . import effects as on_position

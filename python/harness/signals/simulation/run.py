@@ -24,7 +24,7 @@ from ...catalogue.channels import CHANNELS, COMMAND
 from ...catalogue.parameters import PLANTS
 from ...catalogue.spellings import ParameterKey
 from ...records import Record, make_record
-from ...records.timebase import mend_of_gaps, pieces_in_words
+from ...records.checks import mend_of_gaps, pieces_in_words
 from ...rigs import Rig
 from ...rigs.checks import check_relations, check_values
 from ..excitation import travel

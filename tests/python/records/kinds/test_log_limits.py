@@ -18,8 +18,8 @@ from log_files import WRITERS
 
 from ehsid.harness.records import RecordError, read_record
 from ehsid.harness.records.errors import bounded_memory
-from ehsid.harness.records.formats import ENDINGS, KINDS
-from ehsid.harness.records.writing import FORMATS
+from ehsid.harness.records.kinds import ENDINGS, KINDS
+from ehsid.harness.records.record import FORMATS
 
 BOTH = ("command_v", "position_m")
 BINARY = ("excel", "mat structure", "mat 7.3", "hdf5", "mf4", "tdms", "mcap", "ros 1 bag")

@@ -18,7 +18,7 @@ import pytest
 import scipy.io
 
 from ehsid.harness.records import Record, RecordError, read_record
-from ehsid.harness.records.formats import UNREAD
+from ehsid.harness.records.kinds import UNREAD
 
 N, DT_S = 120, 0.01
 FloatArray = npt.NDArray[np.float64]

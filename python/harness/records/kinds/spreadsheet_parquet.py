@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Reads logs from the sheets of Excel and OpenDocument files.
+"""Reads the sheets of Excel and OpenDocument files, and Parquet files with typed columns.
 
 How large a sheet becomes is found before it is loaded. The reader makes a rectangle of all cells
 between the first and the last one, and a copy of a text for each cell that has it. A small file may
@@ -12,6 +12,7 @@ from __future__ import annotations
 import re
 import zipfile
 from collections import Counter
+from collections.abc import Sequence
 from dataclasses import replace
 from functools import cache
 from io import BytesIO
@@ -19,14 +20,17 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+import numpy.typing as npt
 
 from ...base.numbers import FloatArray
 from ..errors import BYTES, COLUMNS, SAMPLES, RecordError, damage_named
-from ..logs.log import Kind, Log, Series
-from ..logs.text_table import table_log
+from ..log import Kind, Log, Series, Table
+from ..values import from_datetimes
+from .text_table import Text
 
 if TYPE_CHECKING:
     import polars as pl
+
 
 MOST_SHEETS = 50
 NINE_DECIMALS = 1e-9
@@ -44,7 +48,7 @@ _TAG = re.compile(
 _REPEATED = re.compile(rb"""number-(?:columns|rows)-repeated\s*=\s*["'](\d+)""")
 
 
-def read(data: bytes, path: Path) -> Log:
+def read_spreadsheet(data: bytes, path: Path) -> Log:
     """Returns the sheet with most rows of numbers as a log."""
     import fastexcel
 
@@ -55,8 +59,9 @@ def read(data: bytes, path: Path) -> Log:
         sheets = [(name, _as_text(book, name, path)) for name in names]
     logs = []
     for name, text in sheets:
-        log = table_log(text, path) if text.strip() else None
-        if log is not None:
+        sheet = Text(text, path) if text.strip() else None
+        if sheet is not None and sheet.dialect is not None:
+            log = sheet.log()
             log = replace(log, series=_exact(log, book, name, path))
             logs.append((max(one.size for one in log.series), name, log))
     if not logs:
@@ -155,7 +160,7 @@ def _check_xlsx(content: bytes, texts: list[int], path: Path) -> None:
         columns.add(place[1])
         row = int(place[2])
         rows = [min(rows[0], row), max(rows[1], row)]
-    numbers = [_number(one) for one in columns if one]
+    numbers = [_column_number(one) for one in columns if one]
     used = Counter(one[1] for one in _SHARED.finditer(content))
     total = sum(count * texts[int(one)] for one, count in used.items() if int(one) < len(texts))
     other = sum(1 for _ in _ANY_SHARED.finditer(content)) - sum(used.values())
@@ -164,7 +169,7 @@ def _check_xlsx(content: bytes, texts: list[int], path: Path) -> None:
            path)  # fmt: skip
 
 
-def _number(letters: bytes) -> int:
+def _column_number(letters: bytes) -> int:
     """Returns the number of a column, such as 28 of AB."""
     number = 0
     for letter in letters.upper():
@@ -205,4 +210,91 @@ def _check(rows: int, columns: int, text_bytes: int, path: Path) -> None:
     BYTES.check(rows * columns * CELL_BYTES + text_bytes, path)
 
 
-KIND = Kind(read, ("xlsx", "xlsm", "xlsb", "xls", "ods"))
+SPREADSHEET = Kind(read_spreadsheet, ("xlsx", "xlsm", "xlsb", "xls", "ods"))
+
+
+FLOAT64_BYTES = 8
+
+
+class ParquetTable(Table):
+    """The columns of a file, read one by one."""
+
+    ending = "parquet"
+
+    def __init__(self, data: bytes, path: Path) -> None:
+        import polars as pl
+
+        self._path = path
+        self._data = data
+        with damage_named(path, "Parquet"):
+            self._schema = pl.read_parquet_schema(BytesIO(data))
+            rows = pl.scan_parquet(BytesIO(data)).select(pl.len()).collect().item()
+        self._rows = int(rows)
+        SAMPLES.check(self._rows, path)
+        COLUMNS.check(len(self._schema), path)
+
+    def names(self) -> list[str]:
+        """Returns the names of the columns."""
+        return list(self._schema)
+
+    def text_names(self) -> list[str]:
+        """Returns the names of the columns that hold text."""
+        return [name for name, dtype in self._schema.items() if str(dtype) == "String"]
+
+    def read(self, wanted: Sequence[str]) -> dict[str, npt.NDArray[Any]]:
+        """Returns columns as float64 arrays."""
+        for name in wanted:
+            self._check_type(name)
+        frame = self._frame(wanted)
+        return {name: _as_float(frame[name]) for name in wanted}
+
+    def log(self) -> Log:
+        """Returns all signals of the file."""
+        usable = [one for one, dtype in self._schema.items() if _is_usable(dtype)]
+        BYTES.check(self._rows * len(usable) * FLOAT64_BYTES, self._path)
+        skipped = tuple(name for name in self._schema if name not in usable)
+        return Log("Parquet", tuple(self._series(name) for name in usable), texts=skipped)
+
+    def _series(self, name: str) -> Series:
+        dtype = self._schema[name]
+        is_time = dtype.is_temporal()
+        local = is_time and getattr(dtype, "time_zone", "none") is None
+
+        @cache
+        def values() -> FloatArray:
+            column = self._frame([name])[name]
+            return from_datetimes(column) if is_time else _as_float(column)
+
+        unit = "s" if is_time else None
+        return Series(name, self._rows, values, unit, is_time=is_time, local=local)
+
+    def _frame(self, names: Sequence[str]) -> pl.DataFrame:
+        import polars as pl
+
+        BYTES.check(self._rows * len(names) * FLOAT64_BYTES, self._path)
+        with damage_named(self._path, "Parquet"):
+            return pl.read_parquet(BytesIO(self._data), columns=list(names))
+
+    def _check_type(self, name: str) -> None:
+        dtype = self._schema[name]
+        if not dtype.is_numeric() and str(dtype) != "Boolean":
+            raise RecordError(
+                self._path,
+                f"the values are of type {dtype}",
+                column=name,
+                expected="real numbers (time in seconds as a number)",
+                mend="convert the column to numbers, or name the columns to use",
+            )
+
+
+def _is_usable(dtype: pl.DataType) -> bool:
+    return dtype.is_numeric() or dtype.is_temporal()
+
+
+def _as_float(column: pl.Series) -> FloatArray:
+    import polars as pl
+
+    return column.cast(pl.Float64).to_numpy()
+
+
+PARQUET = Kind(ParquetTable, ("parquet",))

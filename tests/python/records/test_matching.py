@@ -15,9 +15,9 @@ from hypothesis import strategies as st
 
 from ehsid.harness.catalogue.channels import CHANNELS
 from ehsid.harness.records import ColumnMap, Hints, RecordError, read_record
-from ehsid.harness.records.logs.names import doubt_of_unit, is_counter, means, says
-from ehsid.harness.records.logs.units import conversion, pint_unit
 from ehsid.harness.records.mapping import parse_maps
+from ehsid.harness.records.names import doubt_of_unit, is_counter, means, says
+from ehsid.harness.records.units import conversion, pint_unit
 
 NAMES = [
     ("Stroke [mm]", "position_m", "mm"),

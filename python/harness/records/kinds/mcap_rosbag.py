@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: MIT
-"""Reads logs from MCAP files with messages of ROS 1, ROS 2 or JSON.
+"""Reads MCAP files with messages of ROS 1, ROS 2 or JSON, and bags of ROS.
 
-Messages are taken apart into series, one for each number of a message.
+A bag is a .bag file of ROS 1, or the folder of a bag of ROS 2. Messages are taken apart into
+series, one for each number of a message.
 """
 
 from __future__ import annotations
@@ -18,8 +19,8 @@ from typing import Any
 import numpy as np
 
 from ...base.numbers import FloatArray
-from ..errors import BYTES, COLUMNS, SAMPLES, damage_named
-from ..logs.log import Kind, Log, Series
+from ..errors import BYTES, COLUMNS, SAMPLES, RecordError, damage_named
+from ..log import Kind, Log, Series
 
 MAX_DEPTH = 6
 # Longer arrays are images and point clouds.
@@ -33,7 +34,7 @@ Decode = Callable[[bytes], Any]
 Messages = Callable[[], Iterable[tuple[int, Any]]]
 
 
-def read(data: bytes, path: Path) -> Log:
+def read_mcap(data: bytes, path: Path) -> Log:
     """Returns the numbers in the messages of a file as a log, topic by topic."""
     from mcap.exceptions import McapError
     from mcap.reader import make_reader
@@ -56,7 +57,7 @@ def read(data: bytes, path: Path) -> Log:
                     "not read"
                 )
                 continue
-            messages = partial(_messages, data, channel.topic, channel.id, decode)
+            messages = partial(_messages_of_channel, data, channel.topic, channel.id, decode)
             first = next(iter(messages()), None)
             counts = summary.statistics.channel_message_counts if summary.statistics else {}
             count = counts.get(channel.id, 0)
@@ -67,7 +68,7 @@ def read(data: bytes, path: Path) -> Log:
     return Log("MCAP", tuple(series), 1, tuple(notes))
 
 
-def _messages(
+def _messages_of_channel(
     data: bytes, topic: str, channel_id: int, decode: Decode
 ) -> Iterator[tuple[int, Any]]:
     from mcap.reader import make_reader
@@ -209,4 +210,68 @@ def _field(value: Any, name: str) -> Any:
     return value.get(name) if isinstance(value, Mapping) else getattr(value, name, None)
 
 
-KIND = Kind(read, ("mcap",), rb"\x89MCAP0\r\n", unbounded=True)
+MCAP = Kind(read_mcap, ("mcap",), rb"\x89MCAP0\r\n", unbounded=True)
+
+
+def read_rosbag(data: bytes, path: Path) -> Log:
+    """Returns the numbers in the messages of a bag as a log, topic by topic.
+
+    The reader takes a path, so `data` is not used.
+    """
+    bag = path.parent if path.suffix.lower() == ".db3" else path
+    if path.suffix.lower() == ".db3" and not (bag / "metadata.yaml").is_file():
+        raise RecordError(
+            path,
+            "metadata.yaml is not beside it",
+            expected="the whole folder of a ROS 2 bag",
+            mend="copy the folder, or make the file anew with 'ros2 bag reindex'",
+        )
+    series: list[Series] = []
+    notes: list[str] = []
+    with damage_named(path, "ROS bag"):
+        with _opened_bag(bag) as reader:
+            COLUMNS.check(len(reader.connections), path)
+            start = int(reader.start_time)
+            firsts = []
+            for connection in reader.connections:
+                try:
+                    first = next(iter(_messages_of(reader, connection)), None)
+                except KeyError:
+                    notes.append(f"'{connection.topic}' is left out: its type is not known")
+                    continue
+                firsts.append((connection, first))
+        for connection, first in firsts:
+            if first is not None:
+                messages = partial(_messages, bag, connection.topic)
+                series += topic_series(
+                    connection.topic,
+                    first[1],
+                    messages,
+                    connection.msgcount,
+                    start,
+                    path,
+                    "ROS bag",
+                )
+    return Log("ROS bag", tuple(series), 1, tuple(notes))
+
+
+def _opened_bag(bag: Path) -> Any:
+    from rosbags.highlevel import AnyReader
+    from rosbags.typesys import Stores, get_typestore
+
+    return AnyReader([bag], default_typestore=get_typestore(Stores.LATEST))
+
+
+def _messages(bag: Path, topic: str) -> Iterator[tuple[int, Any]]:
+    with _opened_bag(bag) as reader:
+        for connection in reader.connections:
+            if connection.topic == topic:
+                yield from _messages_of(reader, connection)
+
+
+def _messages_of(reader: Any, connection: Any) -> Iterator[tuple[int, Any]]:
+    for _, time_ns, raw in reader.messages(connections=[connection]):
+        yield time_ns, reader.deserialize(raw, connection.msgtype)
+
+
+ROSBAG = Kind(read_rosbag, ("bag", "db3"), rb"#ROSBAG V2\.0", unbounded=True)

@@ -13,9 +13,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from ...catalogue.channels import CHANNELS
-from .cells import WITH_PREFIX
-from .names import means
-from .units import looks_like_a_unit
+from ..names import means
+from ..units import looks_like_a_unit
+from ..values import WITH_PREFIX
 
 SAMPLE_LINES = 400  # header blocks of loggers are shorter than half of these
 DELIMITERS = ("\t", ";", "|", ",", " ")  # in the order in which they win a tie

@@ -8,16 +8,21 @@ from pathlib import Path
 
 import numpy as np
 
-from ...base.numbers import FloatArray
-from ...catalogue.channels import CHANNELS, COMMAND, POSITION, TIME
-from ..checks import without_useless
-from ..errors import RecordError
-from ..mapping import Request
-from ..record import Origin, Record, make_record, without_numbers
-from ..timebase import BRIDGED_STEPS, GAP_FACTOR, MAX_JITTER, TimeError, analyse_time, is_uniform
+from ..base.numbers import FloatArray
+from ..catalogue.channels import COMMAND, POSITION, TIME
+from .checks import (
+    BRIDGED_STEPS,
+    GAP_FACTOR,
+    MAX_JITTER,
+    TimeError,
+    analyse_time,
+    is_uniform,
+    without_useless,
+)
 from .clock import Clock, Clocks
-from .log import Log
-from .matching import Choice, Matching
+from .errors import RecordError
+from .matching import Choice
+from .record import Record, make_record
 from .uniform import (
     EQUAL,
     FILTER_RATIO,
@@ -37,57 +42,7 @@ MIN_VALUES = 2
 NOT_WHOLE = "'{}' is left out: it does not cover the whole record"
 
 
-def record_of(log: Log, path: Path, request: Request, *, name: str, sha256: str | None) -> Record:
-    """Returns the record that a log holds.
-
-    Raises
-    ------
-    RecordError
-        a required column is not found, or not without doubt; its time cannot be repaired.
-    """
-    required, hints = request.required, request.hints
-    named = CHANNELS if request.columns is None else request.columns
-    wanted = list(dict.fromkeys([*named, *required, *hints.maps]))
-    matching = Matching(log, path, request)
-    choices = matching.choose(wanted, set(required) - {TIME})
-    clocks = Clocks(log, path, request)
-    if request.columns is None:
-        choices += matching.rest(choices, clocks.columns())
-    if not choices:
-        raise RecordError(
-            path,
-            "; ".join((f"no column of numbers was found (read as {log.kind})", *log.notes)),
-            expected="at least one signal",
-            mend="look into the file, or export it again",
-        )
-    maker = _Maker(path, log.first_row, hints.dt_s)
-    made, taken_time = maker.make(choices, clocks, set(required), TIME in required)
-    if taken_time is None and matching.without_value:
-        column, remark = next(iter(matching.without_value.items()))
-        raise RecordError(
-            path,
-            f"{remark}, and without a time there can be no gap",
-            column=column,
-            expected="a value in every row, or a time",
-            mend="say the sampling time in seconds, such as --dt 0.001, or correct these rows",
-        )
-    used = [one.taken for one in choices if one.taken.channel in made]
-    taken = (*([taken_time.taken] if taken_time else []), *used)
-    remarks = (
-        *log.notes,
-        *(matching.missing(taken) if request.columns is None else ()),
-        *matching.remarks,
-        *without_numbers(log.texts),
-        *clocks.remarks,
-        *maker.remarks,
-    )
-    origin = Origin(log.kind, taken, remarks)
-    return make_record(
-        made, name=name, source=path, sha256=sha256, first_row=log.first_row, origin=origin
-    )
-
-
-class _Maker:
+class Maker:
     """Brings the chosen series to one time; `remarks` say what was done."""
 
     def __init__(self, path: Path, first_row: int, dt_s: float | None) -> None:
@@ -223,8 +178,7 @@ class _Maker:
             points = rows.size + 1 + bridged
             check_bridged(self._path, bridged, points, step)
             signals = with_rows(signals, rows)
-            held = [name for name, one in signals.items() if one.held]
-            self._say_bridged(bridged, points, held)
+            self._say_bridged(bridged, points, signals)
         steps = np.diff(next(iter(signals.values())).time_s)
         gaps = steps[steps > GAP_FACTOR * step]
         if gaps.size:
@@ -235,7 +189,8 @@ class _Maker:
             )
         return signals
 
-    def _say_bridged(self, bridged: int, points: int, held: Collection[str]) -> None:
+    def _say_bridged(self, bridged: int, points: int, signals: Mapping[str, Timed]) -> None:
+        held = [name for name, one in signals.items() if one.held]
         text = (
             f"{bridged} of {points} samples ({100.0 * bridged / points:.2g} %) lie in holes of "
             "single rows and are interpolated"
@@ -331,8 +286,7 @@ class _Maker:
                 f"{0.5 / max(steps[n] for n in slow):.3g} Hz nothing was measured"
             )
         if bridged:
-            held = [name for name in signals if signals[name].held]
-            self._say_bridged(bridged, int(grid.time_s.size) - left_out, held)
+            self._say_bridged(bridged, int(grid.time_s.size) - left_out, signals)
         if left_out:
             self.remarks.append(
                 f"{left_out} samples lie in gaps, which divide the record and are not filled"
@@ -382,7 +336,7 @@ def even_record(
     mended = repaired(time_s, remarks)
     if mended is None:
         raise error
-    maker = _Maker(path, first_row, None)
+    maker = Maker(path, first_row, None)
     signals = {
         one: Timed(mended[0], np.asarray(values)[mended[1]], held=one == COMMAND)
         for one, values in columns.items()

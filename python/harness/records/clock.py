@@ -13,17 +13,16 @@ from pathlib import Path
 
 import numpy as np
 
-from ...base.numbers import FloatArray
-from ...catalogue.channels import TIME
-from ..errors import MisnamedColumnError, RecordError, misnamed_column
-from ..layout import usual_units
-from ..mapping import Request, how_to_name, map_option, units_differ
-from ..record import DATES, Taken
-from ..timebase import BRIDGED_STEPS, GAP_FACTOR
+from ..base.numbers import FloatArray
+from ..catalogue.channels import TIME
+from .checks import BRIDGED_STEPS, GAP_FACTOR
+from .errors import MisnamedColumnError, RecordError, misnamed_column
 from .log import Log, Series
-from .names import doubt_of_unit, is_counter, means, parts_of, says, unit_in_name
+from .mapping import Request, how_to_name, map_option, units_differ
+from .names import doubt_of_unit, is_counter, means, parts_of, says, split_unit, unit_in_name
+from .record import DATES, Taken
 from .uniform import Rows
-from .units import SECONDS, conversion, is_other_unit, pint_unit, split_unit
+from .units import SECONDS, conversion, is_other_unit, pint_unit, usual_units
 
 # Steps of servo records in seconds, with some room.
 LEAST_STEP_S, MOST_STEP_S = 2e-5, 0.25

@@ -7,7 +7,7 @@ import csv
 import re
 from collections.abc import Sequence
 from dataclasses import replace
-from functools import cache
+from functools import cache, cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -16,10 +16,10 @@ import numpy as np
 from ...base.numbers import FloatArray
 from ...catalogue.channels import TIME
 from ..errors import BYTES, COLUMNS, GZIP_MAGIC, LINE, SAMPLES, RecordError
-from .cells import TRIED_ROWS, Marks, Stamps, marks_of, moments, plain_number_mend
+from ..log import Log, Series
+from ..names import is_counter, means
+from ..values import TRIED_ROWS, Marks, Stamps, marks_of, moments, plain_number_mend
 from .dialect import EMPTY, SAMPLE_LINES, Dialect, cells_of, samples_of, sniff
-from .log import Log, Series
-from .names import is_counter, means
 
 if TYPE_CHECKING:
     import polars as pl
@@ -30,49 +30,6 @@ CELL_BYTES = 8
 MARKS = {".": "point", ",": "comma"}
 EXPECTED_CSV = "comma-separated UTF-8 text with column names in row 1 and a decimal point"
 EXPECTED = "a table of numbers as text, with names above the columns"
-
-
-def decode(data: bytes, path: Path) -> tuple[bytes, str | None]:
-    """Returns the text as UTF-8 with line feeds, and a note on another coding or None.
-
-    Raises
-    ------
-    RecordError
-        the file is empty or binary.
-    """
-    if not data.strip():
-        raise RecordError(path, "the file is empty", expected=EXPECTED, mend="export it again")
-    note = None
-    if data.startswith(UTF16_BOMS):
-        try:
-            data = data.decode("utf-16").encode()
-        except UnicodeError:
-            raise _binary(path) from None
-        note = "the text is UTF-16"
-    data = data.removeprefix(UTF8_BOM)
-    if b"\x00" in data or data.startswith(GZIP_MAGIC):
-        raise _binary(path)
-    try:
-        data.decode("utf-8")
-    except UnicodeDecodeError:
-        # Every byte but five is a letter or sign of Windows-1252.
-        data = data.decode("cp1252", errors="replace").encode()
-        note = "the text is not UTF-8: read as Windows-1252 (Latin-1)"
-    data = data.replace(b"\r\n", b"\n")
-    return (data if b"\n" in data else data.replace(b"\r", b"\n")), note
-
-
-def check_size(data: bytes, path: Path) -> None:
-    """Checks the number of lines and their lengths before any line is divided into cells."""
-    SAMPLES.check(data.count(b"\n") - 1, path)
-    longest, start = LINE.most, 0
-    while len(data) - start > longest:
-        # The last line end that is near enough: all lines before it are short enough.
-        end = data.rfind(b"\n", start, start + longest + 1)
-        if end < 0:
-            row = data.count(b"\n", 0, start) + 1
-            LINE.check(len(data) - start, path, row=row, at_least=True)
-        start = end + 1
 
 
 def unreadable_line(path: Path, row: int, error: csv.Error) -> RecordError:
@@ -95,47 +52,77 @@ def _binary(path: Path) -> RecordError:
     )
 
 
-def dialect_of(data: bytes) -> Dialect | None:
-    """Returns the layout of a text, or None if it is no table of numbers."""
-    # A line is bounded by the limits; names and numbers need far less.
-    head = data[: SAMPLE_LINES * 20_000].split(b"\n", SAMPLE_LINES)
-    whole = len(head) <= SAMPLE_LINES and len(data) <= SAMPLE_LINES * 20_000
-    lines = [line.decode("utf-8", "replace") for line in head[:SAMPLE_LINES]]
-    return sniff(lines, whole=whole)
-
-
-def log_of(data: bytes, path: Path) -> Log:
-    """Returns the log in a text file.
+class Text:
+    """A text as UTF-8 with line feeds, and `notes` on another coding.
 
     Raises
     ------
     RecordError
-        the text is no table of numbers, or is beyond a limit.
+        the file is empty or binary.
     """
-    log = table_log(data, path)
-    if log is None:
-        raise RecordError(
-            path,
-            "no table of numbers was found: no delimiter divides the lines into equally many "
-            "columns of numbers",
-            expected=EXPECTED,
-            mend="look into the file; it may be cut, or of another kind than its name says",
-        )
-    return log
 
+    def __init__(self, data: bytes, path: Path) -> None:
+        self._path = path
+        self.notes: list[str] = []
+        if not data.strip():
+            raise RecordError(path, "the file is empty", expected=EXPECTED, mend="export it again")
+        if data.startswith(UTF16_BOMS):
+            try:
+                data = data.decode("utf-16").encode()
+            except UnicodeError:
+                raise _binary(path) from None
+            self.notes.append("the text is UTF-16")
+        data = data.removeprefix(UTF8_BOM)
+        if b"\x00" in data or data.startswith(GZIP_MAGIC):
+            raise _binary(path)
+        try:
+            data.decode("utf-8")
+        except UnicodeDecodeError:
+            # Every byte but five is a letter or sign of Windows-1252.
+            data = data.decode("cp1252", errors="replace").encode()
+            self.notes.append("the text is not UTF-8: read as Windows-1252 (Latin-1)")
+        data = data.replace(b"\r\n", b"\n")
+        self.content = data if b"\n" in data else data.replace(b"\r", b"\n")
 
-def table_log(data: bytes, path: Path) -> Log | None:
-    """Returns the log in a text, or None if the text is no table of numbers.
+    def check_size(self) -> None:
+        """Checks the number of lines and their lengths before any line is divided into cells."""
+        SAMPLES.check(self.content.count(b"\n") - 1, self._path)
+        longest, start = LINE.most, 0
+        while len(self.content) - start > longest:
+            # The last line end that is near enough: all lines before it are short enough.
+            end = self.content.rfind(b"\n", start, start + longest + 1)
+            if end < 0:
+                row = self.content.count(b"\n", 0, start) + 1
+                LINE.check(len(self.content) - start, self._path, row=row, at_least=True)
+            start = end + 1
 
-    Raises
-    ------
-    RecordError
-        the text is empty or binary, or is beyond a limit.
-    """
-    text, note = decode(data, path)
-    check_size(text, path)
-    dialect = dialect_of(text)
-    return None if dialect is None else TextTable(text, path, dialect).log([note] if note else [])
+    @cached_property
+    def dialect(self) -> Dialect | None:
+        """The layout; None if the text is no table of numbers."""
+        self.check_size()
+        # A line is bounded by the limits; names and numbers need far less.
+        head = self.content[: SAMPLE_LINES * 20_000].split(b"\n", SAMPLE_LINES)
+        whole = len(head) <= SAMPLE_LINES and len(self.content) <= SAMPLE_LINES * 20_000
+        lines = [line.decode("utf-8", "replace") for line in head[:SAMPLE_LINES]]
+        return sniff(lines, whole=whole)
+
+    def log(self) -> Log:
+        """Returns the table of numbers in the text.
+
+        Raises
+        ------
+        RecordError
+            there is none, or its rows do not belong to its names.
+        """
+        if self.dialect is None:
+            raise RecordError(
+                self._path,
+                "no table of numbers was found: no delimiter divides the lines into equally many "
+                "columns of numbers",
+                expected=EXPECTED,
+                mend="look into the file; it may be cut, or of another kind than its name says",
+            )
+        return TextTable(self.content, self._path, self.dialect).log([*self.notes])
 
 
 class TextTable:
@@ -202,7 +189,21 @@ class TextTable:
                 quote_char='"' if b'"' in body else None,
             ).slice(1)
         except pl.exceptions.PolarsError:
-            self._find_ragged(body)
+            for row, line in enumerate(
+                body.decode("utf-8", "replace").split("\n"), dialect.data_row
+            ):
+                try:
+                    count = len(cells_of(line, dialect.delimiter))
+                except csv.Error as error:
+                    raise unreadable_line(self._path, row, error) from None
+                if count > dialect.columns:
+                    raise RecordError(
+                        self._path,
+                        f"the row has {count} cells, the header has {dialect.columns} columns",
+                        row=row,
+                        expected="one cell for every column",
+                        mend="correct the row; a second log may follow in the same file",
+                    ) from None
             raise RecordError(
                 self._path,
                 "the rows cannot be divided into cells",
@@ -247,22 +248,6 @@ class TextTable:
             expected="one name for each column",
             mend=mend,
         )
-
-    def _find_ragged(self, body: bytes) -> None:
-        dialect = self._dialect
-        for i, line in enumerate(body.decode("utf-8", "replace").split("\n")):
-            try:
-                count = len(cells_of(line, dialect.delimiter))
-            except csv.Error as error:
-                raise unreadable_line(self._path, dialect.data_row + i, error) from None
-            if count > dialect.columns:
-                raise RecordError(
-                    self._path,
-                    f"the row has {count} cells, the header has {dialect.columns} columns",
-                    row=dialect.data_row + i,
-                    expected="one cell for every column",
-                    mend="correct the row; a second log may follow in the same file",
-                )
 
     def _series(
         self, name: str, unit: str | None, column: pl.Series, number: int, notes: list[str]

@@ -12,7 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from ehsid.harness.records import Hints, Record, RecordError, read_record
-from ehsid.harness.records.logs.uniform import Grid, Timed, repaired, usual_step
+from ehsid.harness.records.uniform import Grid, Timed, repaired, usual_step
 
 FloatArray = npt.NDArray[np.float64]
 HERE = Path("log")

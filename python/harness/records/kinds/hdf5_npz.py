@@ -1,14 +1,15 @@
 # SPDX-License-Identifier: MIT
-"""Reads logs from HDF5 files, and from MAT files of version 7.3, which are HDF5.
+"""Reads files of named arrays: HDF5, which MAT files of version 7.3 are, too, and NPZ of NumPy.
 
 Attributes of a dataset may change its values, by the convention of netCDF: value = stored *
 scale_factor + add_offset. `_FillValue`, `missing_value` and the valid range are in the numbers that
-are stored, and tell which of them are no values.
+are stored, and tell which of them are no values. Python objects in an NPZ file stay packed.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+import warnings
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import partial
 from io import BytesIO
 from pathlib import Path
@@ -17,9 +18,10 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from ..errors import BYTES, COLUMNS, RecordError, damage_named
-from ..logs.log import SEPARATOR, Kind, Log, Part, series_of
-from .mat import object_parts
+from ...base.error_words import install_line
+from ...base.files import temporary_folder
+from ..errors import BYTES, COLUMNS, RecordError, damage_named, first_line
+from ..log import SEPARATOR, Kind, Log, Part, Table, series_of
 
 # As in MAT files before version 7.3.
 MOST_DEPTH, MOST_CELLS = 3, 64
@@ -36,9 +38,13 @@ RANGES = ("validmin", "validmax", "validrange")
 UNKNOWN = ("scale", "scaling", "gain", "factor", "slope", "multiplier", "offset", "intercept",
            "bias", "calibration", "unsigned")  # fmt: skip
 NEUTRAL = (0.0, 1.0)
+ADVICE = (
+    "save its numbers in MATLAB, such as s.time_s = seconds(T.Time); s.position_m = T.Position; "
+    "or write it with parquetwrite or writetimetable"
+)
 
 
-def read(data: bytes, path: Path) -> Log:
+def read_hdf5(data: bytes, path: Path) -> Log:
     """Returns the datasets of numbers as a log, with their paths as names.
 
     Links to other files are not followed.
@@ -209,4 +215,114 @@ def _numbers(value: Any) -> npt.NDArray[np.float64] | None:
     return found if found.size else None
 
 
-KIND = Kind(read, ("h5", "hdf5", "hdf"), rb"\x89HDF\r\n\x1a\n")
+def object_parts(data: bytes, notes: list[str]) -> list[Part]:
+    """Returns the columns of the tables and timetables among the variables of a MAT file.
+
+    What cannot be read is said in `notes`.
+    """
+    try:
+        import matio
+    except ModuleNotFoundError:
+        notes.append(f"tables and other objects are left out: {install_line('logs')}, or {ADVICE}")
+        return []
+    with temporary_folder() as folder:  # the reader takes a path only
+        file = folder / "log.mat"
+        file.write_bytes(data)
+        try:
+            with warnings.catch_warnings():
+                warnings.simplefilter("ignore")
+                content = matio.load_from_mat(str(file), add_table_attrs=True)
+        except Exception as error:  # the reader has no common exception
+            notes.append(f"tables and other objects are left out ({first_line(error)}): {ADVICE}")
+            return []
+    parts = [part for name, value in content.items() for part in _of_table(name, value)]
+    if not parts:
+        notes.append(f"objects that are no tables or timetables are left out: {ADVICE}")
+    return parts
+
+
+def _of_table(name: str, table: Any) -> Iterator[Part]:
+    """Yields the columns of a pandas table, and its index where that is a time."""
+    if not (hasattr(table, "columns") and hasattr(table, "index")):
+        return
+    units = table.attrs.get("varUnits")
+    index = table.index.to_numpy()
+    if index.dtype.kind in "mM":
+        yield Part.of((name, str(table.index.name or "Time")), index)
+    for k, column in enumerate(table.columns):
+        unit = str(units[k]).strip() if units is not None and k < len(units) else ""
+        yield Part.of((name, str(column)), table[column].to_numpy(), unit or None)
+
+
+HDF5 = Kind(read_hdf5, ("h5", "hdf5", "hdf"), rb"\x89HDF\r\n\x1a\n")
+
+
+# First bytes of a zip archive and of a single array.
+MAGIC = (b"PK", b"\x93NUMPY")
+
+
+class NpzTable(Table):
+    """The arrays of an archive; none is read before it is asked for."""
+
+    ending = "npz"
+
+    def __init__(self, data: bytes, path: Path) -> None:
+        self._path = path
+        if not data.startswith(MAGIC):
+            raise RecordError(
+                path,
+                "this is not an NPZ file: it is no archive" if data else "the file is empty",
+                expected="an NPZ file, as its name says",
+                mend="export it again, or give it the extension of its real format",
+            )
+        with damage_named(path, "NPZ"):
+            archive = np.load(BytesIO(data), allow_pickle=False)
+        if not isinstance(archive, np.lib.npyio.NpzFile):
+            raise RecordError(
+                path,
+                "this is a single array, not an archive of named arrays",
+                expected="an NPZ file",
+                mend="write it with numpy.savez(path, time_s=..., command_v=...)",
+            )
+        self._archive = archive
+        COLUMNS.check(len(archive.files), path)
+        # The reader of an archive gives no more bytes of a file than the archive says it has.
+        files = archive.zip.infolist() if archive.zip else []
+        BYTES.check(sum(int(file.file_size) for file in files), path)
+
+    def names(self) -> list[str]:
+        """Returns the names of the arrays."""
+        return list(self._archive.files)
+
+    def read(self, wanted: Sequence[str]) -> dict[str, npt.NDArray[Any]]:
+        """Returns arrays as they are in the file."""
+        return {name: self._array(name) for name in wanted}
+
+    def _array(self, name: str) -> npt.NDArray[Any]:
+        try:
+            array: npt.NDArray[Any] = self._archive[name]
+        except Exception as error:  # zip file, array header and array each raise their own
+            objects = "allow_pickle" in str(error)
+            raise RecordError(
+                self._path,
+                "the array holds Python objects, which are never loaded"
+                if objects
+                else f"the array cannot be read ({first_line(error)})",
+                column=name,
+                expected="an array of numbers",
+                mend="convert it to float64 and write the file again",
+            ) from None
+        return array
+
+    def log(self) -> Log:
+        """Returns all signals of the file."""
+        parts: list[Part] = []
+        for name in self.names():
+            values = self._array(name)
+            fields = values.dtype.names or ()
+            parts += [Part.of((name, field), values[field]) for field in fields]
+            parts += [] if fields else [Part.of((name,), values)]
+        return Log("NumPy archive", series_of(parts, self._path))
+
+
+NPZ = Kind(NpzTable, ("npz",))

@@ -16,7 +16,7 @@ from sources import ROOT
 
 from ehsid.harness.base.numbers import FloatArray
 from ehsid.harness.records import RecordError, read_record, write_record
-from ehsid.harness.records.logs.dialect import sniff
+from ehsid.harness.records.kinds.dialect import sniff
 
 PRESS = ROOT / "examples" / "data" / "mts_press_head.txt"
 N = 40

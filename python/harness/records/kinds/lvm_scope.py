@@ -1,7 +1,10 @@
 # SPDX-License-Identifier: MIT
-"""Reads LabVIEW measurement files (LVM): text in segments, each with a header of its own.
+"""Reads text with headers of its own: LabVIEW measurement files (LVM), CSV of TwinCAT Scope.
 
-The layout is that of "Specification for the LabVIEW Measurement File (.lvm)", National Instruments.
+LVM has segments, each with a header. The layout is that of "Specification for the LabVIEW
+Measurement File (.lvm)", National Instruments. An export of TwinCAT Scope has rows of keys, then
+groups of channels side by side. In the rows of keys each group begins with the key; below it are
+the times of the group, in ms.
 """
 
 from __future__ import annotations
@@ -18,9 +21,9 @@ import numpy as np
 
 from ...base.numbers import FloatArray
 from ..errors import RecordError
-from ..logs import text_table as plain
-from ..logs.dialect import Dialect, cells_of
-from ..logs.log import Kind, Log, Series
+from ..log import Kind, Log, Series
+from .dialect import Dialect, cells_of
+from .text_table import Text, TextTable
 
 END, START_SPECIAL, END_SPECIAL = "***End_of_Header***", "***Start_Special***", "***End_Special***"
 FIRST_LINE = "LabVIEW Measurement"
@@ -40,7 +43,7 @@ class _Segment:
     rows: list[int] = field(default_factory=list)
 
 
-def read(data: bytes, path: Path) -> Log:
+def read_lvm(data: bytes, path: Path) -> Log:
     """Returns the channels of an LVM file, each with the time that its headers state.
 
     Raises
@@ -49,14 +52,14 @@ def read(data: bytes, path: Path) -> Log:
         a header or a row is damaged, the segments have other channels, or one begins before the
         end of another.
     """
-    content, note = plain.decode(data, path)
-    if not content.startswith(FIRST_LINE.encode()):
-        return plain.log_of(data, path)  # LabVIEW can write the rows without headers
-    plain.check_size(content, path)
-    lines = content.decode().split("\n")
+    text = Text(data, path)
+    if not text.content.startswith(FIRST_LINE.encode()):
+        return text.log()  # LabVIEW can write the rows without headers
+    text.check_size()
+    lines = text.content.decode().split("\n")
     separator = _separator(lines)
     header, segments, notes = _segments(lines, separator, path)
-    return _File(path, lines, separator, header, segments).log([note, *notes] if note else notes)
+    return _File(path, lines, separator, header, segments).log([*text.notes, *notes])
 
 
 def _separator(lines: Sequence[str]) -> str:
@@ -148,23 +151,17 @@ class _File:
 
     def log(self, notes: list[str]) -> Log:
         """Returns the channels with their clocks."""
-        first = self._segments[0]
-        names = first.names
+        names = self._segments[0].names
         labels = tuple(f"{one} {i}" if one == "X_Value" else one for i, one in enumerate(names))
         dialect = Dialect(self._separator, self._decimal, labels, (), 0, 1, len(names), len(names))
-        table = self._placed(
-            lambda: plain.TextTable(self._body.encode(), self._path, dialect).log(notes)
-        )
-        by_column = {one.column: one for one in table.series}
+        rows = TextTable(self._body.encode(), self._path, dialect)
+        by_column = {one.column: one for one in self._placed(lambda: rows.log(notes)).series}
         last = len(names) - (names[-1].casefold() == "comment")
-        step = 2 if self._columns == "multi" else 1
-        channels = range(1, last, step)
-        made = []
-        for column in channels:
-            if column not in by_column:
-                notes.append(f"'{names[column]}' is left out: it has no values")
-                continue
-            made.append(self._channel(by_column[column], column, by_column))
+        channels = range(1, last, 2 if self._columns == "multi" else 1)
+        notes += [
+            f"'{names[i]}' is left out: it has no values" for i in channels if i not in by_column
+        ]
+        made = [self._channel(by_column[i], i, by_column) for i in channels if i in by_column]
         if len(self._segments) > 1:
             notes.append(f"{len(self._segments)} segments are joined, each at its date and time")
         for number, one in enumerate(self._segments, start=1):
@@ -175,9 +172,8 @@ class _File:
                     "samples: the others are taken to follow without a gap"
                 )
         texts = ("Comment",) if last in by_column else ()
-        return Log(
-            "LabVIEW measurement file (LVM)", tuple(made), first.rows[0], tuple(notes), texts=texts
-        )
+        row = self._rows[0]
+        return Log("LabVIEW measurement file (LVM)", tuple(made), row, tuple(notes), texts=texts)
 
     def _placed(self, read: Callable[[], T]) -> T:
         """Returns what `read` returns; the row of its error is that of the file."""
@@ -278,4 +274,128 @@ class _File:
             ) from None
 
 
-KIND = Kind(read, ("lvm",), rb"(?:\xef\xbb\xbf)?LabVIEW Measurement")
+LVM = Kind(read_lvm, ("lvm",), rb"(?:\xef\xbb\xbf)?LabVIEW Measurement")
+
+
+# The keys with names and units, and those that tell a row of keys from a row of values.
+NAME, UNIT = "Name", "Unit"
+HEADER_LINES = 60
+# An export begins with "Name", as many tables do; its other rows of keys are its own.
+HEAD = (
+    rb"(?:\xef\xbb\xbf)?Name[\t ,:;](?:[^\n]*\n){1,30}?"
+    rb"(?:Starttime of export|SymbolComment|SymbolName|SampleTime\[ms\])[\t ,:;]"
+)
+SCALES = {"Offset": "0", "ScaleFactor": "1", "Unit ScaleFactor": "1", "Unit Offset": "0"}
+MEND = "export it again in TwinCAT Scope with a full header and tabs or semicolons between columns"
+
+
+def read_scope(data: bytes, path: Path) -> Log:
+    """Returns the channels, each with the times of its group.
+
+    Raises
+    ------
+    RecordError
+        there are no names or no values, or a row has more cells than there are names.
+    """
+    file = Text(data, path)
+    file.check_size()
+    text = file.content.decode()
+    delimiter = text[len(NAME)]
+    keys, data_row = _keys(text, delimiter, path)
+    names = keys[NAME]
+    # The scope ends with a line of its own; without it the end of the file may be missing.
+    body = text.rstrip()
+    whole = body.endswith("\nEOF")
+    body = body.removesuffix("\nEOF").rstrip("\n") + ("\n" if whole or text.endswith("\n") else "")
+    sample = body.split("\n")[data_row - 1 : data_row + 400]
+    width = max(len(cells_of(row, delimiter)) for row in sample)
+    # Between blanks, names with blanks cannot be told apart.
+    if width > len(names) + 1 or (delimiter == " " and width < len(names)):
+        raise RecordError(
+            path,
+            f"the rows have {width} cells, the names of this export of TwinCAT Scope are "
+            f"{len(names)}",
+            row=data_row,
+            expected="one cell for every column; a decimal comma needs another separator",
+            mend=MEND,
+        )
+    decimal = "," if delimiter != "," and any("," in row for row in sample) else "."
+    starts = _starts(keys)
+    columns = tuple(f"{NAME} {i}" if i in starts else name for i, name in enumerate(names))
+    width = max(width, len(names))
+    dialect = Dialect(delimiter, decimal, columns, (), 0, data_row, width, len(names))
+    table = TextTable(body.encode(), path, dialect).log(file.notes)
+    made = _channels(table, keys, starts, file.notes)
+    return Log("CSV export of TwinCAT Scope", made, data_row, tuple(file.notes))
+
+
+def _keys(text: str, delimiter: str, path: Path) -> tuple[dict[str, list[str]], int]:
+    """Returns the cells of the rows of keys by key, and the first row of values."""
+    keys: dict[str, list[str]] = {}
+    for row, line in enumerate(text.split("\n", HEADER_LINES)[:HEADER_LINES], start=1):
+        cells = cells_of(line, delimiter)
+        if not any(cells):
+            continue
+        if NAME in keys and cells[0].replace(",", ".").replace(".", "").lstrip("-").isdigit():
+            return keys, row
+        keys[cells[0]] = cells if cells[-1] else cells[:-1]
+    raise RecordError(
+        path,
+        "this export of TwinCAT Scope has no rows of values below its header",
+        expected="rows that begin with the time in ms",
+        mend=MEND,
+    )
+
+
+def _starts(keys: dict[str, list[str]]) -> list[int]:
+    """Returns the columns of time: all rows of keys repeat their key there."""
+    names = keys[NAME]
+    found = {i for i, cell in enumerate(names) if cell == NAME}
+    for key, cells in keys.items():
+        same = {i for i, cell in enumerate(cells) if cell == key}
+        if len(cells) == len(names) and key != NAME:
+            found &= same
+    return sorted(found)
+
+
+def _channels(
+    table: Log, keys: dict[str, list[str]], starts: Sequence[int], notes: list[str]
+) -> tuple[Series, ...]:
+    by_column = {one.column: one for one in table.series}
+    made: list[Series] = []
+    scaled = []
+    for number, start in enumerate(starts):
+        clock = by_column.get(start)
+        if clock is None:
+            continue
+        time_s = clock.read() * 1e-3
+        there = np.flatnonzero(np.isfinite(time_s))
+        time_s = time_s[: there[-1] + 1 if there.size else 0]
+        end = starts[number + 1] if number + 1 < len(starts) else len(keys[NAME])
+        for i in range(start + 1, end):
+            cell = {key: cells[i] for key, cells in keys.items() if i < len(cells)}
+            series = by_column.get(i)
+            if series is None:
+                notes.append(f"'{cell[NAME]}' is left out: it has no values")
+                continue
+            if any(cell.get(key, usual) != usual for key, usual in SCALES.items()):
+                scaled.append(cell[NAME])
+            # A unit is such as "mm (Length)", or "(None)".
+            unit = re.sub(r"(?:^| )\(.*", "", cell.get(UNIT, "")).strip() or None
+            made.append(_cut(series, unit, time_s, number))
+    if scaled:
+        notes.append(
+            f"{', '.join(scaled)}: the values are taken as already scaled; Scope states a factor "
+            "or an offset, and exports raw values only without its option 'Scale values'"
+        )
+    return tuple(made)
+
+
+def _cut(series: Series, unit: str | None, time_s: FloatArray, group: int) -> Series:
+    """Returns a channel without the rows behind the end of its group, where it has no time."""
+    size = time_s.size
+    cut = replace(series, size=size, unit=unit, group=str(group))
+    return replace(cut, read=lambda: series.read()[:size], time=lambda: time_s)
+
+
+SCOPE = Kind(read_scope, (), HEAD)

@@ -21,9 +21,9 @@ from pathlib import Path
 
 import numpy as np
 
-from ...base.numbers import FloatArray
-from ..errors import SAMPLES, RecordError
-from ..timebase import BRIDGED_STEPS, MAX_JITTER, written_resolution
+from ..base.numbers import FloatArray
+from .checks import BRIDGED_STEPS, MAX_JITTER, written_resolution
+from .errors import SAMPLES, RecordError
 
 # A step beyond this many usual ones lacks at least one sample.
 MISSING_STEPS = 1.5

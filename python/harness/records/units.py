@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Units as engineers write them: what is understood becomes the notation of `ColumnMap`.
+"""Units: as pint knows them, and as engineers write them, which becomes the notation of pint.
 
 Only the spellings listed here are understood in a log. pint alone reads too much: a rod is a length
 to it, and "Mm" a megameter. What is not understood is never taken for a column without a unit.
@@ -7,16 +7,66 @@ to it, and "Mm" a megameter. What is not understood is never taken for a column 
 
 from __future__ import annotations
 
+import math
 import re
 import unicodedata
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
+from difflib import get_close_matches
 from functools import cache
+from tokenize import TokenError
 from types import MappingProxyType
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ...catalogue.channels import CHANNELS, COMMAND, SUPPLY_PRESSURE
-from ..layout import GAUGES, ColumnMap, in_schema_unit, is_convertible
+from ..base.numbers import FloatArray
+from ..catalogue.channels import CHANNELS, COMMAND
+
+if TYPE_CHECKING:
+    import pint
+
+# pint evaluates the text that it parses, and "m**9**9**9" would never end. The text may therefore
+# contain one power only, and no number of more than one digit.
+_UNIT_TEXT = re.compile(r"(?!.*\d\d)(?!.*(\*\*|\^).*(\*\*|\^))[\w */^().°%-]{0,40}")
+# A unit of a column may begin with a factor, as in "0.1 mm".
+_FACTOR = re.compile(r"(\d{1,9}(?:\.\d{1,12})?(?:e[+-]?\d{1,2})?)\s+([^\W\d].*)")
+
+# Pressures of the schema are absolute. A gauge reads zero at the standard atmosphere.
+ATMOSPHERE_PA = 101325.0
+# Gauge units, each with its size in pascals.
+GAUGES = MappingProxyType(
+    {
+        "Pag": 1.0, "hPag": 1e2, "mbarg": 1e2, "kPag": 1e3, "barg": 1e5, "MPag": 1e6,
+        "psig": 6894.757293168361, "ksig": 6894757.293168361, "atg": 98066.5,
+    }
+)  # fmt: skip
+
+
+# Units that messages name, by the unit of the schema; the first are examples, the others only words
+# that a misspelt unit may have meant.
+EXAMPLES: Mapping[str, tuple[str, ...]] = MappingProxyType(
+    {
+        "m": ("mm", "cm", "m", "in"),
+        "s": ("s", "ms", "us"),
+        "V": ("V", "mV"),
+        "Pa": ("bar", "kPa", "MPa", "psi"),
+        "m/s": ("mm/s", "cm/s", "m/s"),
+        "N": ("N", "kN", "lbf"),
+        "degC": ("degC", "degF", "kelvin"),
+        "1": ("percent",),
+    }
+)
+FURTHER_UNITS: Mapping[str, tuple[str, ...]] = MappingProxyType(
+    {
+        "m": ("millimeter", "centimeter", "micrometer", "meter", "inch"),
+        "s": ("second", "millisecond", "microsecond", "minute"),
+        "V": ("volt", "millivolt"),
+        "Pa": ("pascal", "kilopascal", "megapascal", "millibar", "barg", "psig"),
+        "m/s": ("meter/second", "millimeter/second"),
+        "N": ("newton", "kilonewton", "kgf"),
+        "degC": ("celsius", "fahrenheit"),
+    }
+)
 
 _LENGTHS = {
     "m": "m meter metre meters metres", "dm": "dm", "cm": "cm centimeter centimetre centimeters",
@@ -67,32 +117,106 @@ _FULL_RANGE = re.compile(
 )
 _NUMBER = r"10\^-?\d{1,2}|\d+(?:[.,]\d+)?(?:e[+-]?\d{1,2})?"
 # "1/10 mm", "0,1 mm", "10mm", "1e-3*V", and "mm/10".
-_FACTOR = re.compile(
+_WRITTEN_FACTOR = re.compile(
     rf"(?P<a>{_NUMBER})(?:\s*/\s*(?P<b>{_NUMBER}))?\s*\*?\s*(?P<unit>[^\W\d_].*|[%°\"‰].*)"
     rf"|(?P<whole>.*[^\W\d_])\s*/\s*(?P<c>{_NUMBER})",
     re.IGNORECASE,
 )
 # A number such as 1.000 may be one or one thousand.
 _THOUSANDS = re.compile(r"[1-9]\d{0,2}[.,]\d{3}")
-_REFERENCE = re.compile(
+REFERENCE = re.compile(
     r"(?P<unit>.+?)[\s_.]*[(\[]?\s*(?:(?P<gauge>g|ga|gauge|gage|rel|relativ|relative|ü|ue|überdruck|"
     r"man|manometric)|a|abs|absolut|absolute)\.?\s*[)\]]?\.?",
     re.IGNORECASE,
 )
-# What may end a name without brackets, as in "position_mm"; longer words are words.
-_ENDING_WORDS = """
-s ms us ns min h m mm cm um in inch pa kpa mpa bar mbar psi v mv n kn mn lbf kgf t kg k c degc degf
-percent pct a ma mm/s m/s cm/s
-"""
-_ENDINGS = frozenset(_ENDING_WORDS.split())
-_BRACKETS = re.compile(
-    r"^(?P<name>.*?)\s*(?:\[(?P<a>[^\[\]]*)\]|\((?P<b>[^()]*(?:\([^()]*\))?)\))\s*$"
-)
-_SLASH = re.compile(r"^(?P<name>.+?)\s*(?:\s/\s|\sin\s|,\s)\s*(?P<unit>\S{1,8})\s*$")
 # Seconds of a unit of time.
 SECONDS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9, "min": 60.0, "h": 3600.0, "day": 86400.0}
 # Units of a command that no rule converts into volts: the number is kept.
 _OF_COMMANDS = frozenset({"mA", "A", "percent", "0.1 percent", "1"})
+
+
+@cache
+def _units() -> pint.UnitRegistry[Any]:
+    # pint is imported only where it is needed: its import takes longer than most commands run.
+    import pint
+
+    registry: pint.UnitRegistry[Any] = pint.UnitRegistry()
+    define_gauges(registry)
+    return registry
+
+
+def define_gauges(registry: pint.UnitRegistry[Any]) -> None:
+    """Adds the units of gauge pressures to those that pint knows."""
+    for name, size_pa in GAUGES.items():
+        registry.define(f"{name} = {size_pa!r} * pascal; offset: {ATMOSPHERE_PA:.0f}")
+
+
+def _parsable(schema_unit: str) -> str:
+    return "" if schema_unit == "1" else schema_unit  # "1" is a number to pint, not a unit
+
+
+def is_unit(unit: object, schema_unit: str) -> bool:
+    """Returns whether `unit` is the text of a unit, without a factor, of the same quantity."""
+    if not isinstance(unit, str) or not _UNIT_TEXT.fullmatch(unit):
+        return False
+    units = _units()  # not below `try`: a pint that cannot be loaded is no unit that is unknown
+    try:
+        return bool(units.Unit(unit).is_compatible_with(_parsable(schema_unit)))
+    except (
+        ArithmeticError,
+        AttributeError,
+        ValueError,
+        TypeError,
+        AssertionError,
+        TokenError,
+    ):
+        return False  # pint has no common exception for text that is not a unit
+
+
+def split_factor(unit: str) -> tuple[float, str]:
+    """Returns the factor before a unit, 1 without one, and the unit."""
+    match = _FACTOR.fullmatch(unit)
+    return (1.0, unit) if match is None else (float(match[1]), match[2])
+
+
+def is_convertible(unit: object, schema_unit: str) -> bool:
+    """Returns whether `unit` is the text of a unit, or of multiples of one, of this quantity."""
+    if not isinstance(unit, str):
+        return False
+    factor, plain = split_factor(unit)
+    return 0.0 < factor < math.inf and is_unit(plain, schema_unit)
+
+
+def gauge_remarks(units: Mapping[str, str | None]) -> tuple[str, ...]:
+    """Returns a remark on columns with gauge pressures, from the unit of each column."""
+    gauges = [name for name, unit in units.items() if unit and split_factor(unit)[1] in GAUGES]
+    if not gauges:
+        return ()
+    listed = ", ".join(f"'{name}'" for name in gauges)
+    return (
+        f"gauge pressures become absolute: one standard atmosphere, {ATMOSPHERE_PA:.0f} Pa, is "
+        f"added to {listed}",
+    )
+
+
+def usual_units(unit: object, schema_unit: str) -> str:
+    """Returns examples of units that convert into one of the schema, and what `unit` may mean."""
+    *first, last = EXAMPLES[schema_unit]
+    examples = f"{', '.join(first)} or {last}" if first else last
+    words = (*EXAMPLES[schema_unit], *FURTHER_UNITS.get(schema_unit, ()))
+    near = get_close_matches(str(unit).casefold(), [word.casefold() for word in words], n=1)
+    found = next((word for word in words if near and word.casefold() == near[0]), None)
+    return f"such as {examples}" + (f"; did you mean {found}?" if found else "")
+
+
+def in_schema_unit(values: FloatArray, unit: str | None, schema_unit: str) -> FloatArray:
+    """Returns the values, shape (n,), converted from the unit of the file to the schema unit."""
+    if unit is None:
+        return values
+    factor, plain = split_factor(unit)
+    quantity = _units().Quantity(values if factor == 1.0 else factor * values, plain)
+    with np.errstate(over="ignore"):  # the record refuses infinite values
+        return np.asarray(quantity.to(_parsable(schema_unit)).magnitude, dtype=np.float64)
 
 
 @cache
@@ -137,7 +261,7 @@ def _plain(text: str) -> str:
 
 def _multiples(text: str) -> Iterator[tuple[float, str]]:
     """Yields the factor and the unit of which a text states multiples, such as (0.1, "mm")."""
-    match = _FACTOR.fullmatch(text)
+    match = _WRITTEN_FACTOR.fullmatch(text)
     if match is None or _THOUSANDS.search(text):
         return
     a, b, c = (_number(match[key]) for key in ("a", "b", "c"))
@@ -183,7 +307,7 @@ def _candidates(text: str) -> Iterator[str]:
         yield from _candidates(text.partition(" since ")[0])
     if _FULL_RANGE.fullmatch(text):
         yield "percent"
-    reference = _REFERENCE.fullmatch(text)
+    reference = REFERENCE.fullmatch(text)
     if reference is not None:
         pressures = [unit for unit in _candidates(reference["unit"]) if unit in _PRESSURES]
         gauges = [f"{unit}g" for unit in pressures if f"{unit}g" in GAUGES]
@@ -205,55 +329,10 @@ def is_other_unit(unit: str | None, channel: str) -> bool:
     return stated != "" and pint_unit(stated, channel) is None and is_unit_of_another(stated)
 
 
-def split_unit(name: str) -> tuple[str, str | None]:
-    """Returns the name without the unit in brackets or behind a slash, and the unit or None."""
-    for pattern in (_BRACKETS, _SLASH):
-        match = pattern.match(name)
-        if match and match["name"].strip():
-            groups = match.groupdict()
-            unit = next((groups[key] for key in ("a", "b", "unit") if groups.get(key)), None)
-            return match["name"].strip(), unit
-    return name, None
-
-
-def unit_shown(name: str, unit: str | None) -> str | None:
-    """Returns the unit of a column that is no channel, as the log writes it; None without one."""
-    stated = (unit or "").strip()
-    bracket = split_unit(name)[1] or ""
-    if stated or (not bracket.isdigit() and (name.endswith("]") or looks_like_a_unit(bracket))):
-        return stated or bracket or None
-    return None
-
-
-def without_unit(name: str, channel: str) -> str:
-    """Returns the name of a column without its unit; A is none in "Druck (A)"."""
-    label, unit = split_unit(name)
-    return name if unit is None or pint_unit(unit, channel) is None else label
-
-
-def split_ending(name: str) -> tuple[str, str | None]:
-    """Returns a name such as "position_mm" as ("position", "mm"); (name, None) if none ends it."""
-    parts = re.split(r"[_\s]+|(?<!\d)\.", name)
-    for count in (2, 1):
-        ending = parts[-count:]
-        if len(parts) <= count:
-            continue
-        for unit in (" ".join(ending), "/".join(ending)):
-            reference = _REFERENCE.fullmatch(unit)
-            of = reference["unit"] if reference and len(reference["unit"]) > 1 else unit
-            if unit.casefold() in _ENDINGS or (of.casefold() in _ENDINGS and _is_pressure(unit)):
-                return "_".join(parts[:-count]), unit
-    return name, None
-
-
-def _is_pressure(text: str) -> bool:
-    return pint_unit(text, SUPPLY_PRESSURE) is not None
-
-
 def conversion(unit: str | None, channel: str) -> tuple[float, float]:
     """Returns factor and offset from a unit in the notation of pint to that of the channel."""
-    column = ColumnMap("", None if unit == "1" or not converts(unit, channel) else unit)
-    zero, one = in_schema_unit(np.array([0.0, 1.0]), column, CHANNELS[channel].unit)
+    kept = unit if unit != "1" and converts(unit, channel) else None
+    zero, one = in_schema_unit(np.array([0.0, 1.0]), kept, CHANNELS[channel].unit)
     return float(one - zero), float(zero)
 
 

@@ -13,9 +13,9 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from ...base.numbers import FloatArray
-from ...catalogue.channels import TIME
-from ..errors import BYTES, COLUMNS, SAMPLES, RecordError
+from ..base.numbers import FloatArray
+from ..catalogue.channels import TIME
+from .errors import BYTES, COLUMNS, SAMPLES, RecordError
 from .names import means
 
 VALUE_BYTES = 8

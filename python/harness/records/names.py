@@ -8,8 +8,8 @@ import unicodedata
 from collections.abc import Iterator
 from functools import cache
 
-from ...catalogue.channels import CHANNELS, COMMAND, POSITION
-from ...catalogue.spellings import (
+from ..catalogue.channels import CHANNELS, COMMAND, POSITION, SUPPLY_PRESSURE
+from ..catalogue.spellings import (
     BARE_COMMANDS,
     COUNTERS,
     FILLERS,
@@ -17,8 +17,18 @@ from ...catalogue.spellings import (
     OTHER_SIGNALS,
     PLACES,
 )
-from .units import is_unit_of_another, pint_unit, split_ending, split_unit
+from .units import REFERENCE, is_unit_of_another, looks_like_a_unit, pint_unit
 
+# What may end a name without brackets, as in "position_mm"; longer words are words.
+_ENDING_WORDS = """
+s ms us ns min h m mm cm um in inch pa kpa mpa bar mbar psi v mv n kn mn lbf kgf t kg k c degc degf
+percent pct a ma mm/s m/s cm/s
+"""
+_ENDINGS = frozenset(_ENDING_WORDS.split())
+_BRACKETS = re.compile(
+    r"^(?P<name>.*?)\s*(?:\[(?P<a>[^\[\]]*)\]|\((?P<b>[^()]*(?:\([^()]*\))?)\))\s*$"
+)
+_SLASH = re.compile(r"^(?P<name>.+?)\s*(?:\s/\s|\sin\s|,\s)\s*(?P<unit>\S{1,8})\s*$")
 # Longer names are not names that anyone gives to a signal.
 MAX_NAME = 200
 # Letters of the type of a variable in a controller: "fActPos" is a floating point number.
@@ -175,6 +185,13 @@ def doubt_of_unit(name: str, unit: str | None, channel: str) -> str | None:
     return None if unknown is None else f"the unit '{unknown}' of '{name}' is not understood"
 
 
+def stated_unit(name: str, unit: str | None, channel: str) -> str | None:
+    """Returns the unit of a channel that the log states, in the notation of pint; None if none."""
+    stated = (unit or "").strip() or split_unit(name)[1]
+    known = None if stated is None else pint_unit(stated, channel)
+    return None if known == "1" else known
+
+
 def unit_in_name(name: str, channel: str) -> str | None:
     """Returns the unit in the name of a column that is read as `channel`; None without one."""
     for part in parts_of(name):
@@ -205,3 +222,48 @@ def says_other(name: str) -> bool:
 def is_counter(name: str) -> bool:
     """Whether a name is that of a column that numbers the rows."""
     return " ".join(words(split_unit(name)[0])) in COUNTERS
+
+
+def split_unit(name: str) -> tuple[str, str | None]:
+    """Returns the name without the unit in brackets or behind a slash, and the unit or None."""
+    for pattern in (_BRACKETS, _SLASH):
+        match = pattern.match(name)
+        if match and match["name"].strip():
+            groups = match.groupdict()
+            unit = next((groups[key] for key in ("a", "b", "unit") if groups.get(key)), None)
+            return match["name"].strip(), unit
+    return name, None
+
+
+def unit_shown(name: str, unit: str | None) -> str | None:
+    """Returns the unit of a column that is no channel, as the log writes it; None without one."""
+    stated = (unit or "").strip()
+    bracket = split_unit(name)[1] or ""
+    if stated or (not bracket.isdigit() and (name.endswith("]") or looks_like_a_unit(bracket))):
+        return stated or bracket or None
+    return None
+
+
+def without_unit(name: str, channel: str) -> str:
+    """Returns the name of a column without its unit; A is none in "Druck (A)"."""
+    label, unit = split_unit(name)
+    return name if unit is None or pint_unit(unit, channel) is None else label
+
+
+def split_ending(name: str) -> tuple[str, str | None]:
+    """Returns a name such as "position_mm" as ("position", "mm"); (name, None) if none ends it."""
+    parts = re.split(r"[_\s]+|(?<!\d)\.", name)
+    for count in (2, 1):
+        ending = parts[-count:]
+        if len(parts) <= count:
+            continue
+        for unit in (" ".join(ending), "/".join(ending)):
+            reference = REFERENCE.fullmatch(unit)
+            of = reference["unit"] if reference and len(reference["unit"]) > 1 else unit
+            if unit.casefold() in _ENDINGS or (of.casefold() in _ENDINGS and _is_pressure(unit)):
+                return "_".join(parts[:-count]), unit
+    return name, None
+
+
+def _is_pressure(text: str) -> bool:
+    return pint_unit(text, SUPPLY_PRESSURE) is not None
