@@ -34,6 +34,7 @@ def read(path: Path) -> str:
     return path.read_text(encoding="utf-8")
 
 
+@pytest.mark.slow
 def test_python_prints_what_the_other_languages_print() -> None:
     done = run("online.py", str(SAMPLES))
     assert done.returncode == 0, done.stderr

@@ -238,6 +238,7 @@ DRAWING = ("matplotlib", "bokeh", "jinja2", "ehsid.harness.show")
 SHOWING = ("api", "cli", "diagnosis", "hil", "lab", "show", "workbench")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("room", [room for room in ROOMS if room.split("/")[0] not in SHOWING])
 def test_computing_rooms_draw_nothing(room: str) -> None:
     names = imported_below(HARNESS / room)

@@ -165,6 +165,7 @@ def test_a_record_of_many_columns_names_a_few_in_its_line() -> None:
     assert "c19" in many.summary()
 
 
+@pytest.mark.slow
 def test_names_of_columns_are_no_formulas() -> None:
     """A name with an unpaired $ or a broken formula is drawn as it is."""
     u, y = arrays().values()

@@ -62,6 +62,7 @@ def test_one_worker_is_this_process() -> None:
     assert worker_count() == -1
 
 
+@pytest.mark.slow
 def test_processes_keep_the_order_and_tell_the_share() -> None:
     shares: list[float] = []
     with workers(2):
@@ -167,6 +168,7 @@ if __name__ == "__main__":
 """
 
 
+@pytest.mark.slow
 def test_workers_end_when_their_parent_is_killed(tmp_path: Path) -> None:
     program = tmp_path / "program.py"
     program.write_text(WORKING_FOR_LONG, encoding="utf-8")

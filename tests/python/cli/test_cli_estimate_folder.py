@@ -15,6 +15,8 @@ from typer.testing import CliRunner
 from ehsid.harness.cli import cli
 from ehsid.harness.records import make_record, write_record
 
+pytestmark = pytest.mark.usefixtures("blank_pictures")
+
 SETTINGS = ("--na", "3", "--nb", "3", "--forgetting", "constant", "--lambda0", "0.999")
 
 

@@ -101,6 +101,7 @@ def test_held_out_records_are_never_fitted(diagnose: FakeDiagnose, here: Path) -
     assert diagnose.asked.options == DiagnosisOptions(("load_force", "load_spring"))
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("blank_pictures", "no_plots")
 @pytest.mark.parametrize("verdict", VERDICTS)
 def test_every_verdict_is_a_result(verdict: Any, diagnose: FakeDiagnose, here: Path) -> None:
@@ -270,7 +271,7 @@ def alive(group: int) -> bool:
     return True
 
 
-@pytest.mark.slow
+@pytest.mark.thorough
 @pytest.mark.usefixtures("no_plots")
 @pytest.mark.skipif(os.name != "posix", reason="signals to a group of processes")
 def test_a_kill_leaves_the_earlier_results(diagnose: FakeDiagnose, here: Path) -> None:

@@ -73,6 +73,7 @@ def seen(out: Path, name: str) -> dict[str, Any]:
     return found
 
 
+@pytest.mark.slow
 def test_all_machines_are_diagnosed_and_ranked(here: Path) -> None:
     outcome = run("fleet", "--out", "out", workers="2")
     assert outcome.exit_code == 0, outcome.output
@@ -110,6 +111,7 @@ def test_all_machines_are_diagnosed_and_ranked(here: Path) -> None:
     assert "Coulomb friction in 3 of 4" in words(outcome.stdout)
 
 
+@pytest.mark.slow
 def test_what_is_done_is_not_done_again_until_a_file_changes(
     here: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -145,6 +147,7 @@ def test_what_is_done_is_not_done_again_until_a_file_changes(
     assert seen(here / "out", "lift")["settings"]["exclude"] == ["load_force", "load_spring"]
 
 
+@pytest.mark.slow
 def test_a_folder_with_an_error_is_listed_and_the_others_go_on(
     here: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -190,6 +193,7 @@ def test_a_folder_with_an_error_is_listed_and_the_others_go_on(
     assert sorted(plain["failed"]) == ["empty", "held", "twice"]
 
 
+@pytest.mark.slow
 def test_a_hostile_machine_does_not_end_the_others(
     here: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -245,6 +249,7 @@ def raw_log(path: Path, delimiter: str, column: str) -> None:
     path.write_text("\n".join(lines) + "\n", encoding="utf-8")
 
 
+@pytest.mark.slow
 def test_raw_logs_are_read_as_the_rig_files_and_the_options_say(
     here: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -298,8 +303,16 @@ def test_raw_logs_are_read_as_the_rig_files_and_the_options_say(
         saw.clear()
 
 
-@pytest.mark.parametrize("workers", ["1", "2"])
-@pytest.mark.parametrize("most", [0, 64_000_000])
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("most", "workers"),
+    [
+        (0, "1"),
+        (0, "2"),
+        (64_000_000, "1"),
+        pytest.param(64_000_000, "2", marks=pytest.mark.thorough),
+    ],
+)
 def test_machines_are_the_same_whether_they_are_read_here_or_there(
     most: int, workers: str, here: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -333,6 +346,7 @@ def test_nothing_diagnosed_is_an_error(tmp_path: Path) -> None:
     assert "has no rig.toml" in (tmp_path / "out" / "fleet.html").read_text(encoding="utf-8")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("arguments", "told"),
     [
@@ -369,6 +383,7 @@ def test_a_cluster_gives_the_same_files(here: Path, dask_cluster: str) -> None:
         assert {path.name for path in (here / "out" / name).iterdir()} >= OF_A_MACHINE
 
 
+@pytest.mark.slow
 def test_a_machine_whose_process_is_killed_does_not_end_the_others(
     here: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -399,6 +414,7 @@ def test_a_machine_that_kills_its_workers_on_a_cluster_does_not_end_the_others(
         assert (here / "out" / name / "diagnosis.json").is_file()
 
 
+@pytest.mark.slow
 def test_a_verdict_of_a_machine_that_must_not_be_ends_with_3(here: Path) -> None:
     (here / "fleet" / "broken").mkdir()
     for fail_on, machines in (

@@ -131,6 +131,7 @@ def full_disk(size: int) -> Iterator[None]:
         resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", COMMANDS)
 def test_a_command_replaces_its_own_files_and_no_others(name: str, here: Path) -> None:
     """One folder of results, and all that may happen to it before the command comes again."""

@@ -14,6 +14,8 @@ from typer.testing import CliRunner
 from ehsid.harness.cli import cli
 from ehsid.harness.rigs import read_rig
 
+pytestmark = pytest.mark.usefixtures("blank_pictures")
+
 KNOWN = {
     "--bore": "63 mm",
     "--rod": "35 mm",
@@ -105,6 +107,7 @@ def written(folder: Path, name: str, *options: str) -> Path:
     return folder / name
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("text", ["68", "VG 68", "ISO VG 68", "HLP 68", "hlp68"])
 def test_the_oil_scales_the_typical_viscous_friction(tmp_path: Path, text: str) -> None:
     key = "load.viscous_friction_n_s_m"
@@ -122,6 +125,7 @@ def test_help_says_for_which_plant_an_option_is_needed() -> None:
     assert "(from end to end); needed with --plant ehs" in shown
 
 
+@pytest.mark.slow
 def test_numbers_without_units_are_said(tmp_path: Path) -> None:
     shown = said("rig", "new", *OPTIONS, "--mass", "120", "--out", str(tmp_path / "rig.toml"))
     assert "taken as 120 kg for --mass" in shown
@@ -173,6 +177,7 @@ def record(tmp_path_factory: pytest.TempPathFactory) -> str:
     return str(path)
 
 
+@pytest.mark.slow
 def test_check_says_what_fits(record: str, tmp_path: Path) -> None:
     shown = said("rig", "check", BENCH, record, "--out", str(tmp_path))
     assert "nothing contradicts the rig" in shown
@@ -183,6 +188,7 @@ def test_check_says_what_fits(record: str, tmp_path: Path) -> None:
     assert found == json.loads(said("rig", "check", BENCH, record, "--json"))
 
 
+@pytest.mark.slow
 def test_check_says_what_does_not_fit_by_which_factor_and_ends_well(
     record: str, tmp_path: Path
 ) -> None:

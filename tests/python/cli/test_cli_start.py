@@ -131,7 +131,7 @@ def test_a_verb_that_draws_nothing_imports_nothing_to_draw_with(
     assert not imported_by(arguments) & unused
 
 
-@pytest.mark.slow
+@pytest.mark.thorough
 def test_identify_imports_what_draws_where_there_is_something_to_draw(tmp_path: Path) -> None:
     assert {"matplotlib", "control"} <= imported_by(["identify", *CRANE, "--out", str(tmp_path)])
 

@@ -51,6 +51,7 @@ def test_zsh_gets_the_same_and_files_where_there_is_nothing() -> None:
     assert completed("ehsid identify rec", "zsh") == ["_files"]
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(shutil.which("bash") is None, reason="needs bash")
 def test_the_script_for_bash_works_in_bash(tmp_path: Path) -> None:
     command = tmp_path / "ehsid"

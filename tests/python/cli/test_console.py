@@ -19,6 +19,8 @@ from ehsid.harness.cli.progress import progress_of
 from ehsid.harness.rigs import read_rig, write_rig
 from ehsid.harness.show.page import Table, Told
 
+pytestmark = pytest.mark.usefixtures("blank_pictures")
+
 BENCH = ROOT / "examples" / "rigs" / "bench.toml"
 EVIL = ["[/red]", "[bold]x[/bold]", "[link=file:///etc/passwd]x[/link]", ":smile:", "\\[x]"]
 

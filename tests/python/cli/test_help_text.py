@@ -35,6 +35,7 @@ def test_groups_have_examples_and_fit_80_columns(words: list[str]) -> None:
     assert len(examples_in(text)) == 2
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("verb", VERBS, ids=lambda verb: verb.name)
 def test_examples_are_of_the_command_with_options_that_it_has(verb: Verb) -> None:
     text = shown(*verb.name.split())

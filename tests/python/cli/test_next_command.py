@@ -17,6 +17,8 @@ from typer.testing import CliRunner
 import ehsid
 from ehsid.harness.cli import cli
 
+pytestmark = pytest.mark.usefixtures("blank_pictures")
+
 
 def run(*arguments: str) -> Any:
     outcome = CliRunner().invoke(cli, list(arguments), env={"COLUMNS": "300"})

@@ -129,6 +129,7 @@ def test_results_belong_to_the_caller() -> None:
     np.testing.assert_array_equal(estimator.theta_hat, kept[-1])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", ["estimator", "recursion"])
 def test_other_threads_work_while_a_run_goes_on(kind: str) -> None:
     """A thread writes a growing count to the first and the last sample while a run reads them.

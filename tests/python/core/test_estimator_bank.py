@@ -66,6 +66,7 @@ def assert_same(
 
 
 # In float32 the third-order model has a kernel of its own.
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("dtype", "orders", "offset"),
     [("float32", (3, 2, 1), True), ("float32", (3, 3, 1), False), ("float64", (3, 2, 1), True)],

@@ -40,6 +40,7 @@ def estimator(dtype: str = "float64", method: str = "riv", **other: object) -> e
     return ehsid.ArxEstimator(3, 3, 1, **settings)  # type: ignore[arg-type]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("integrator", [False, True])
 def test_double_agrees_with_full_matrices(integrator: bool) -> None:
     u, y = record(1, 3000, integrator=integrator)
@@ -155,6 +156,7 @@ def test_bad_samples_leave_the_estimate_bit_for_bit(dtype: str) -> None:
         assert after == before
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("forgetting", [ehsid.Exponential(lambda0=0.995), ehsid.Constant(0.998)])
 @pytest.mark.parametrize("dtype", ["float32", "float64"])
 @pytest.mark.parametrize(

@@ -50,6 +50,7 @@ def assert_never_sure_of_what_is_wrong(
     return float(off.max())
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("noise", [0.0, 1e-3, 1e-2])
 @pytest.mark.parametrize(("method", "policy"), METHODS)
 @pytest.mark.parametrize("what", ["glitch", "change"])
@@ -102,6 +103,7 @@ HOSTILE_STREAMS = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("method", "policy"), METHODS)
 @pytest.mark.parametrize("stream", HOSTILE_STREAMS)
 def test_good_samples_behind_hostile_ones(stream: str, method: str, policy: str) -> None:

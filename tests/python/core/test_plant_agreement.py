@@ -141,6 +141,7 @@ def test_a_null_bias_as_delivered_is_one_of_the_catalogue() -> None:
         np.testing.assert_allclose(hidden[name], named[name], rtol=1e-9)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("effect", [None, *MECHANICAL])
 def test_axis(effect: str | None) -> None:
     values = typical() if effect is None else runs.with_effect(EFFECTS[effect])
@@ -150,6 +151,7 @@ def test_axis(effect: str | None) -> None:
     assert runs.worst_error(found, expected, ("position_m", "velocity_m_s")) < 1e-3
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "seed", [*range(4), *(pytest.param(seed, marks=pytest.mark.thorough) for seed in range(4, 20))]
 )

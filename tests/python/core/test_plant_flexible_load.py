@@ -37,6 +37,7 @@ def test_two_masses_under_a_steady_force_move_as_the_formula_says() -> None:
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("plant", ["axis", "ehs"])
 def test_it_is_of_second_order_from_a_moving_start(plant: str) -> None:
     values = flexible(0.1, **{"initial.velocity_m_s": 0.1, "axis.viscous_friction_n_s_m": 900.0})

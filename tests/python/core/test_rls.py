@@ -30,7 +30,8 @@ def record_with_bursts(seed: int, n: int) -> tuple[FloatArray, FloatArray]:
     return model16.regressors(u, model16.output(u, e))
 
 
-@pytest.mark.parametrize("samples", [10_000, pytest.param(N, marks=pytest.mark.thorough)])
+@pytest.mark.slow
+@pytest.mark.parametrize("samples", [4000, pytest.param(N, marks=pytest.mark.thorough)])
 @pytest.mark.parametrize("name", [*policies.NAMES, "error_driven with sigma0 given", "lambda = 1"])
 def test_double_agrees_with_the_textbook(name: str, samples: int) -> None:
     pair = (

@@ -94,6 +94,7 @@ def test_switched_off_and_reset_are_part_of_the_state() -> None:
     assert copy.excitation == estimator.excitation
 
 
+@pytest.mark.slow
 def test_a_state_fits_only_its_own_kind() -> None:
     kinds: list[ehsid.Rls | ehsid.ArxEstimator] = []
     for name in policies.NAMES:
@@ -114,6 +115,7 @@ def test_a_state_fits_only_its_own_kind() -> None:
         assert estimator.save() == states[i]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("dtype", DTYPES)
 @pytest.mark.parametrize("name", policies.NAMES)
 @pytest.mark.parametrize("kind", [make, make_rls])
@@ -138,6 +140,7 @@ def test_every_flipped_bit_is_refused(
     assert estimator.save() == good
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("dtype", DTYPES)
 @pytest.mark.parametrize("name", policies.NAMES)
 @pytest.mark.parametrize("kind", [make, make_rls])

@@ -100,6 +100,7 @@ def test_decision_is_that_of_ljung_and_box(noise: str, size: float) -> None:
         assert servo.residuals_white == bool(p_value > 1e-4)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("policy", [ehsid.Constant(1.0), ehsid.Constant(0.99), ehsid.FRatio()])
 def test_false_alarms_in_a_hundred_thousand_samples(policy: ehsid.Forgetting) -> None:
     """White noise: the alarm is on for at most 1 % of the samples; measured 0.0 to 0.13 %."""

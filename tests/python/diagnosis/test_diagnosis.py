@@ -189,6 +189,7 @@ def test_records_are_fitted_together_where_the_held_out_ones_show_another_cause(
     assert diagnosis_module._leaves_large_gap(cast(Any, evaluation)) == together
 
 
+@pytest.mark.slow
 def test_a_map_that_fails_does_not_lose_the_verdict(monkeypatch: pytest.MonkeyPatch) -> None:
     """As by a matrix that rounding made indefinite."""
 

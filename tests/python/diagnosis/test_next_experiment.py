@@ -185,6 +185,7 @@ def test_fewer_than_two_candidates_need_no_experiment() -> None:
     assert next_experiment(axis, pair, ("position_m",), FLOORS) is None
 
 
+@pytest.mark.slow
 def test_the_experiment_of_an_axis_stays_inside_the_range_of_its_records() -> None:
     axis = read_rig(RIGS / "axis.toml").with_values(FRICTIONLESS)
     pair = [explanation("coulomb_friction", force_n=20.0), explanation("load_force", force_n=3.0)]
@@ -200,6 +201,7 @@ def test_the_experiment_of_an_axis_stays_inside_the_range_of_its_records() -> No
     assert position.max() < 0.15
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("dt_s", [1e-3, 0.02])
 def test_every_entry_of_the_menu_stays_inside_the_limits_or_is_left_out(dt_s: float) -> None:
     experiments = [
@@ -217,6 +219,7 @@ def test_every_entry_of_the_menu_stays_inside_the_limits_or_is_left_out(dt_s: fl
         assert "{" not in experiment.description
 
 
+@pytest.mark.slow
 def test_a_span_too_small_for_the_drift_leaves_nothing() -> None:
     experiments = [
         simulate_experiment(entry, RIG, {}, dt_s=DT_S, limit_v=10.0, span_m=(0.1, 0.1002))
@@ -239,6 +242,7 @@ def test_sensors_are_requested_where_position_is_too_coarse() -> None:
     assert experiment.sensors == ("command_v", "position_m", "pressure_a_pa", "pressure_b_pa")
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("two_processes")
 def test_a_low_power_is_reported() -> None:
     blind = {"position_m": NoiseFloor(0.1, 0.1, 0.1)}

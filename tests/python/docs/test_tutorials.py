@@ -84,6 +84,7 @@ def test_estimator_on_my_controller() -> None:
     assert names["record"].dt_s == pytest.approx(names["DT_S"])
 
 
+@pytest.mark.slow
 def test_reproduce_the_paper() -> None:
     made, names = ran("tutorials/reproduce_the_paper.md")
     assert made.count("order 3 is chosen") == 2

@@ -182,6 +182,7 @@ def configurations(draw: st.DrawFn) -> EstimatorConfiguration:
     )
 
 
+@pytest.mark.slow
 @given(configuration=configurations(), seed=st.integers(0, 1000))
 def test_a_header_holds_the_estimator_to_the_bit(
     configuration: EstimatorConfiguration, seed: int
@@ -220,6 +221,7 @@ def test_without_a_seed_the_header_has_none() -> None:
 LITERAL = r"-?0x[0-9a-f.]+p[+-]\d+F"
 
 
+@pytest.mark.slow
 @given(configuration=configurations())
 def test_the_c_header_holds_the_numbers_of_the_other(configuration: EstimatorConfiguration) -> None:
     trace = GoldenTrace.of(configuration, [1.0], [0.0])
@@ -268,6 +270,7 @@ def test_other_names_are_refused(name: str) -> None:
         check_name(name)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "name",
     [f"{case}.{kind}" for case in make_headers.CASES for kind in ("hpp", "h")]

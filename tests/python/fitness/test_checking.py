@@ -53,6 +53,7 @@ def wrong(found: Mapping[str, Finding]) -> list[str]:
     return [name for name, one in found.items() if one.status is Status.does_not_fit]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("noisy", [False, True])
 @pytest.mark.parametrize("every", [1, 20])
 @pytest.mark.parametrize("columns", [ALL, CHAMBERS, ("position_m",)], ids=len)
@@ -74,6 +75,7 @@ WRONG = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("noisy", [pytest.param(False, marks=pytest.mark.thorough), True])
 @pytest.mark.parametrize("columns", [ALL, CHAMBERS], ids=len)
 @pytest.mark.parametrize(
@@ -104,6 +106,7 @@ def test_a_wrong_bore_of_a_coarse_record_shows_in_the_flow(noisy: bool) -> None:
     assert "the sampling follows, and" in found["areas"].text
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("friction_n", [0.0, 900.0])
 def test_areas_are_not_blamed_for_a_fast_command(friction_n: float) -> None:
     """A large cylinder on a valve that is slower than the command, as its rig has it."""
@@ -125,6 +128,7 @@ def test_areas_are_not_blamed_for_a_fast_command(friction_n: float) -> None:
     assert found["areas"].status is Status.fits
 
 
+@pytest.mark.slow
 def test_a_wrong_bore_is_said_with_the_right_one() -> None:
     found = findings(part(run(True), CHAMBERS, 1), {"cylinder.bore_m": 0.07})
     assert "set cylinder.bore_m to 0.063" in found["areas"].text
@@ -142,6 +146,7 @@ def test_a_wrong_rated_command_shows_at_the_spool() -> None:
     assert found["flow"].status is Status.cannot_be_told
 
 
+@pytest.mark.slow
 def test_a_slow_valve_in_the_rig_is_said() -> None:
     found = findings(part(run(True), CHAMBERS, 1), {"effects.valve_lag.bandwidth_hz": 15.0})
     assert wrong(found) == ["response"]
@@ -201,6 +206,7 @@ def test_while_a_unit_is_in_doubt_nothing_else_is_made_of_it(
     assert last.text == f"the unit of {channel} must be right first"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "effect",
     [

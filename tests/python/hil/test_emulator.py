@@ -116,6 +116,7 @@ def test_a_program_that_ends_the_emulator(image: Path) -> None:
         line.receive(20.0)
 
 
+@pytest.mark.slow
 @needs_qemu
 def test_an_error_with_qemu_alive_is_left_as_it_is(image: Path) -> None:
     with pytest.raises(HilError, match=r"^mine$"), emulated(image):  # nobody opens its line

@@ -43,6 +43,7 @@ def test_every_fault_changes_the_frame(kind: str) -> None:
     assert fault(kind, b"frame", random.Random(1), 0.0).data != b"frame\0"
 
 
+@pytest.mark.slow
 def test_a_fault_on_the_line_is_corrected() -> None:
     hook = OnRequest(0.0)
     with relayed(FakeDevice(Target())) as relay:

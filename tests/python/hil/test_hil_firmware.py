@@ -139,6 +139,7 @@ def test_a_servo_is_told_as_by_the_module_to_the_bit(bench: tuple[Relay, Line]) 
     assert 0 < trusted < 500
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(4))
 def test_faults_change_nothing(bench: tuple[Relay, Line], sound: list[Result], seed: int) -> None:
     session, faults = session_on(bench), Seeded(seed, hold_s=1.5 * TIMEOUT_S)
@@ -168,6 +169,7 @@ def test_the_target_counts_what_it_sees(bench: tuple[Relay, Line]) -> None:
     assert after.repeated >= before.repeated + 1
 
 
+@pytest.mark.slow
 def test_a_line_that_stands_still_trips_the_watchdog_and_the_run_goes_on(
     bench: tuple[Relay, Line], sound: list[Result]
 ) -> None:
@@ -188,6 +190,7 @@ def test_a_line_that_stands_still_trips_the_watchdog_and_the_run_goes_on(
     assert estimates(results) == sound
 
 
+@pytest.mark.slow
 def test_a_host_that_falls_silent_leaves_a_closed_valve(bench: tuple[Relay, Line]) -> None:
     relay, _ = bench
     session = session_on(bench)

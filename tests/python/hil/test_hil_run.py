@@ -101,6 +101,7 @@ def rows(path: Path) -> list[dict[str, str]]:
         return list(csv.DictReader(file))
 
 
+@pytest.mark.slow
 def test_the_plans_of_the_experiment_are_its_records() -> None:
     plans = experiment_plans(RIG, suggested_controller(RIG), seed=3)
     record = rig_record(RIG, 3)
@@ -112,6 +113,7 @@ def test_the_plans_of_the_experiment_are_its_records() -> None:
     assert resets == [False] * 5 + [True]
 
 
+@pytest.mark.slow
 def test_a_run_is_recorded_as_the_target_had_it(
     bench: tuple[Relay, Line], plan: Plan, tmp_path: Path
 ) -> None:
@@ -176,6 +178,7 @@ def observed() -> Plan:
     return shortened(plans["servo"], 600)
 
 
+@pytest.mark.slow
 def test_a_servo_is_recorded_and_is_the_hosts(
     bench: tuple[Relay, Line], observed: Plan, tmp_path: Path
 ) -> None:
@@ -241,6 +244,7 @@ def test_a_command_at_its_limit_is_said(
     assert any("at its limit for 100\N{NO-BREAK SPACE}%" in sentence for sentence in said[1])
 
 
+@pytest.mark.slow
 def test_faults_change_no_byte_of_the_record(
     bench: tuple[Relay, Line], plan: Plan, tmp_path: Path
 ) -> None:
@@ -316,6 +320,7 @@ def test_a_reset_at_the_very_end_loses_nothing(
     assert compare(result).equal
 
 
+@pytest.mark.slow
 def test_a_change_of_the_plant_is_that_of_the_experiment(
     bench: tuple[Relay, Line], tmp_path: Path
 ) -> None:

@@ -85,6 +85,7 @@ def test_a_sound_line(bench: Bench) -> None:
     assert (last.converged, last.gain_estimated, last.limited) == (True, False, True)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", FAULTS)
 @pytest.mark.parametrize("direction", [TO_TARGET, TO_HOST])
 def test_one_fault_after_the_other(
@@ -321,6 +322,7 @@ def test_a_mute_target_ends_the_run_with_what_to_check(
     assert len(set(sent)) == 1  # the same bytes
 
 
+@pytest.mark.slow
 def test_hello_waits_for_a_board_to_start(bench: Bench) -> None:
     """The first 20 are lost; attempts of a run are fewer."""
     session = bench.session(attempts=2)

@@ -183,6 +183,7 @@ def serve_rfc2217(listening: socket.socket) -> None:
             end.sendall(b"".join(manager.escape(port.read(port.in_waiting))))
 
 
+@pytest.mark.slow
 @pytest.mark.filterwarnings("ignore:set(Daemon|Name):DeprecationWarning")  # pyserial 3.5
 def test_a_server_of_serial_ports() -> None:
     with socket.create_server(("127.0.0.1", 0)) as listening:

@@ -122,7 +122,7 @@ def test_a_check_has_all_grades_and_a_separate_file_of_answers(made: Path) -> No
     ]
 
 
-@pytest.mark.slow
+@pytest.mark.thorough
 def test_the_same_settings_make_the_same_check(made: Path, tmp_path: Path) -> None:
     with workers(1):
         again = tiny_check(tmp_path / "again")
@@ -189,6 +189,7 @@ def test_a_check_that_cannot_be_made_leaves_nothing(
     assert list(tmp_path.iterdir()) == []
 
 
+@pytest.mark.slow
 def test_cases_run_and_their_results_are_written(check: Path) -> None:
     names = unfinished_cases(check)
     assert len(names) == TINY.count

@@ -58,6 +58,7 @@ CLOCKS: list[tuple[str, Callable[[int], str], str]] = [
 ]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("header", "cell", "why"), CLOCKS, ids=lambda one: str(one)[:20])
 def test_a_clock_is_found(
     tmp_path: Path, header: str, cell: Callable[[int], str], why: str
@@ -183,6 +184,7 @@ MENDED: list[tuple[str, Callable[[int], str], str]] = [
 ]  # fmt: skip
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("label", "cell", "remark"), MENDED, ids=[one[0] for one in MENDED])
 def test_a_clock_that_jumps_by_a_known_amount_runs_on(
     tmp_path: Path, label: str, cell: Callable[[int], str], remark: str

@@ -194,6 +194,7 @@ def test_one_column_with_a_decimal_comma_is_read_and_told(tmp_path: Path, name: 
     assert f"'{name}' has a decimal comma, unlike other columns" in record.origin.remarks
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("cell", ["-5.7m", "3k", "12.5u", "12.5µ", "1.5Meg", "50.2 mm", "3 V"])
 @pytest.mark.parametrize("column", [1, 2])
 @pytest.mark.parametrize("every", [True, False])

@@ -59,6 +59,7 @@ def test_sound_files_pass() -> None:
     check_elements(COMPRESSED, any_size)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("data", "message"),
     [

@@ -117,6 +117,7 @@ def check_contract(plain: dict[str, Any]) -> None:
     assert isinstance(provenance["seconds"], float)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("verdict", VERDICTS)
 def test_json_keeps_the_contract_whatever_the_verdict(verdict: Any, tmp_path: Path) -> None:
     diagnosis = made_diagnosis(verdict)
@@ -140,6 +141,7 @@ def test_what_was_written_is_read_back(tmp_path: Path) -> None:
     assert file.which.effects[0].parameters
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("change", "says"),
     [
@@ -215,6 +217,7 @@ def nrmse(path: Path, output: str, kind: str) -> float:
     return float(np.sqrt(np.mean((simulated - measured) ** 2) / np.mean(spread**2)))
 
 
+@pytest.mark.slow
 def test_gap_can_be_recomputed_from_the_simulation_file(tmp_path: Path) -> None:
     plain = written(made_diagnosis("effects"), tmp_path)
     gaps: dict[str, list[float]] = {"nominal": [], "calibrated": [], "augmented": []}
@@ -248,6 +251,7 @@ def test_outputs_that_a_record_lacks_are_empty() -> None:
     assert other["position_m_augmented"].null_count() == 0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("verdict", ["effects", "no_gap"])
 def test_augmented_rig_runs_as_it_is(verdict: Any, tmp_path: Path) -> None:
     diagnosis = made_diagnosis(verdict)
@@ -259,6 +263,7 @@ def test_augmented_rig_runs_as_it_is(verdict: Any, tmp_path: Path) -> None:
     assert outcome.exit_code == 0, outcome.output
 
 
+@pytest.mark.slow
 def test_next_experiment_drives_the_augmented_rig(tmp_path: Path) -> None:
     written(made_diagnosis("ambiguous"), tmp_path)
     record = read_record(tmp_path / "next_experiment.csv")

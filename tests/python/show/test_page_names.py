@@ -54,6 +54,7 @@ def plain_page(kind: str, folder: Path) -> Reader:
     return plain_pages[kind]
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("blank_pictures")
 @pytest.mark.parametrize(("kind", "which"), PAGES)
 def test_a_name_is_text_in_a_page(kind: str, which: str, tmp_path: Path) -> None:
@@ -68,6 +69,7 @@ def test_a_name_is_text_in_a_page(kind: str, which: str, tmp_path: Path) -> None
     assert [one for one in shown if one in text], text[:2000]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("which", ["all in files", *(thorough(one) for one in IN_FILES)])
 def test_a_name_is_text_in_the_files_of_a_command(which: str, tmp_path: Path) -> None:
     """Columns, record, rig and folder have the name; pictures are drawn."""

@@ -15,6 +15,8 @@ from ehsid.workbench.flow import standings
 from ehsid.workbench.session import Session, SessionError
 from ehsid.workbench.workbench import Workbench
 
+pytestmark = pytest.mark.slow
+
 
 @pytest.fixture
 def session(tmp_path: Path) -> Session:

@@ -19,6 +19,8 @@ from app_sessions import BENCH
 
 from ehsid.workbench.session import Session
 
+pytestmark = pytest.mark.slow
+
 pytest.importorskip("panel", reason="the extra app is not installed")
 
 

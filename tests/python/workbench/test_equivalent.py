@@ -16,6 +16,8 @@ from ehsid.workbench.equivalent import commands, python, shown_commands
 from ehsid.workbench.jobs import check_task
 from ehsid.workbench.session import Session
 
+pytestmark = [pytest.mark.slow, pytest.mark.usefixtures("blank_pictures")]
+
 SIMPLE = ("map", "rig", "check")
 
 

@@ -19,16 +19,10 @@ WAIT_S = 60.0
 
 
 def well(path: Path, *, report: Report) -> None:
-    for share in (0.25, 0.5, 0.75):
-        report(share)
+    for share, stage in ((0.25, "fitting"), (0.5, ""), (0.75, "writing")):
+        report(share, stage)
         time.sleep(0.05)
     path.write_text("done")
-
-
-def in_stages(*, report: Report) -> None:
-    report(0.1, "fitting")
-    report(0.6)
-    report(0.7, "writing")
 
 
 def badly(*, report: Report) -> None:
@@ -45,18 +39,21 @@ def for_ever(path: Path, *, report: Report) -> None:
     time.sleep(600.0)
 
 
-def started(tmp_path: Path, task: Callable[..., None], *args: object) -> tuple[Job, list[float]]:
-    shares: list[float] = []
+def started(
+    tmp_path: Path, task: Callable[..., None], *args: object
+) -> tuple[Job, list[tuple[float, str]]]:
+    """A job, and the shares and stages that it has told."""
+    told: list[tuple[float, str]] = []
     job: list[Job] = []
     made = Job(
         "reading run1",
         task,
         *args,
         log=tmp_path / "errors.log",
-        changed=lambda: shares.extend(one.share for one in job),
+        changed=lambda: told.extend((one.share, one.stage) for one in job),
     )
     job.append(made)
-    return made, shares
+    return made, told
 
 
 def until(condition: Callable[[], bool]) -> None:
@@ -68,30 +65,17 @@ def until(condition: Callable[[], bool]) -> None:
 
 @pytest.mark.slow
 def test_a_job_goes_on_and_ends(tmp_path: Path) -> None:
-    job, shares = started(tmp_path, well, tmp_path / "result")
+    job, told = started(tmp_path, well, tmp_path / "result")
     job.wait(WAIT_S)
     assert job.state is State.done
     assert (tmp_path / "result").read_text() == "done"
+    # A stage is told until the next one begins.
+    assert told[-1] == (1.0, "writing")
+    assert not {(0.5, ""), (0.75, "fitting")} & set(told)
+    shares = [share for share, _ in told]
     assert shares == sorted(shares)
     assert {0.25, 0.5, 0.75, 1.0} <= set(shares)
     assert job.left_s is None
-
-
-@pytest.mark.slow
-def test_a_stage_is_told_until_the_next_one_begins(tmp_path: Path) -> None:
-    told: list[tuple[float, str]] = []
-    job: list[Job] = []
-    made = Job(
-        "reading run1",
-        in_stages,
-        log=tmp_path / "errors.log",
-        changed=lambda: told.extend((one.share, one.stage) for one in job),
-    )
-    job.append(made)
-    made.wait(WAIT_S)
-    assert told[-1] == (1.0, "writing")
-    assert (0.6, "") not in told
-    assert (0.7, "fitting") not in told
 
 
 @pytest.mark.slow

@@ -75,6 +75,7 @@ def test_an_effect_below_the_noise_does_not_show(bench: Rig) -> None:
     assert not shows(deaf, seed_of(bench, "valve_dead_band"))
 
 
+@pytest.mark.slow
 def test_a_lesson_is_made_read_checked_and_waits_for_a_guess(
     tmp_path: Path, bench: Rig, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -109,6 +110,7 @@ def test_a_lesson_is_made_read_checked_and_waits_for_a_guess(
     assert not any("dead_band" in text for text in told)
 
 
+@pytest.mark.slow
 def test_guess_diagnosis_and_truth_stand_side_by_side(tmp_path: Path, bench: Rig) -> None:
     session = diagnosed_session(tmp_path / "lesson", "effects")
     found = read_diagnosis_file(session.folder / "gap" / "diagnosis.json")

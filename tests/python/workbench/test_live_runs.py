@@ -171,7 +171,7 @@ def test_only_the_newest_run_keeps_its_ring(runs: LiveRuns, target: Relay) -> No
     assert (first / "hil" / "record.csv").exists()
 
 
-@pytest.mark.slow
+@pytest.mark.thorough
 def test_the_end_of_the_program_ends_the_run(runs: LiveRuns, target: Relay) -> None:
     job, folder = started(runs, LiveSettings(port=target.port))
     until(lambda: samples(folder) > 5)

@@ -21,6 +21,8 @@ from ehsid.workbench.equivalent import commands, python
 from ehsid.workbench.model_tasks import estimate_task, estimated, identify_task, io_data, set_policy
 from ehsid.workbench.session import Session
 
+pytestmark = [pytest.mark.slow, pytest.mark.usefixtures("blank_pictures")]
+
 FILES = ("identify.json", "estimate.json")
 
 
@@ -42,7 +44,6 @@ def session(tmp_path_factory: pytest.TempPathFactory) -> Session:
     return made
 
 
-@pytest.mark.slow
 def test_the_commands_give_the_same_files(
     session: Session, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

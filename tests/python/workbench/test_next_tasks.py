@@ -26,6 +26,8 @@ from ehsid.workbench.next_tasks import (
 from ehsid.workbench.reading import read_log
 from ehsid.workbench.session import Session, SessionError
 
+pytestmark = [pytest.mark.slow, pytest.mark.usefixtures("blank_pictures")]
+
 
 @pytest.fixture(scope="module")
 def session(tmp_path_factory: pytest.TempPathFactory) -> Session:
@@ -37,7 +39,6 @@ def silent(share: float) -> None:
     assert 0.0 <= share <= 1.0
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(("c", "like_model"), [(False, False), (True, False), (False, True)])
 def test_the_header_is_that_of_the_command_and_of_the_python(
     session: Session, c: bool, like_model: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
@@ -85,7 +86,6 @@ def test_a_folder_behind_a_link_is_not_packed(name: str, tmp_path: Path) -> None
     assert [path.name for path in packed_files(session.folder)] == ["session.toml"]
 
 
-@pytest.mark.slow
 def test_the_archive_opens_as_a_session_of_its_own(session: Session, tmp_path: Path) -> None:
     (session.folder / "errors.log").write_text("x")
     (session.folder / "records" / "link.csv").symlink_to(Path(__file__))

@@ -137,6 +137,7 @@ def test_spikes_at_rest_do_not_count() -> None:
     assert floor.value == pytest.approx(1e-6, rel=0.1)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("dt_s", "is_motion"), [(0.05, True), (1e-3, False), (1e-4, False)])
 def test_motion_at_coarse_sampling_is_not_taken_for_noise(dt_s: float, is_motion: bool) -> None:
     time = np.arange(0.0, 60.0, dt_s)

@@ -42,6 +42,7 @@ def terms_of(effect: str) -> Mapping[str, EquationTerms]:
     return {each.equation: each for each in equation_terms(*case_of(effect))}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "effect",
     [
@@ -62,6 +63,7 @@ def test_the_equation_of_the_effect_gains_most(effect: str) -> None:
     assert min(gains.values()) >= 0.0
 
 
+@pytest.mark.slow
 def test_no_equation_gains_where_nothing_is_missing() -> None:
     case, calibrated = case_of("")
     assert equation_shares(case, calibrated) == ((), ())
@@ -84,6 +86,7 @@ def pushed() -> tuple[Record, np.ndarray]:
     return made(OTHER, rig=replace(RIG, tables={"push": table}), seed=5), force
 
 
+@pytest.mark.slow
 def test_a_known_force_comes_back_inside_its_band() -> None:
     record, force = pushed()
     case = make_case(RIG, [record])

@@ -43,6 +43,7 @@ def test_a_case_survives_pickling() -> None:
     assert unpickled.problem().cost(x) == problem.cost(x)
 
 
+@pytest.mark.slow
 def test_records_are_prepared_once_for_all_fits_with_the_same_numbers() -> None:
     case = made.case_of({})
     fine = replace(case, substeps=2 * case.substeps)

@@ -101,6 +101,7 @@ def test_every_nuisance_has_a_prior() -> None:
         assert 0.0 < info.sigma < far - near
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("effect", [effect.id for effect in ehsid.effects()])
 @given(share=st.floats(0.0, 1.0))
 def test_effects_start_at_their_size_and_stay_in_range(effect: str, share: float) -> None:

@@ -276,6 +276,7 @@ def test_calibration_estimates_the_rig_of_a_record() -> None:
     assert np.std(errors["pressure_a_pa"]) == pytest.approx(1e4, rel=0.1)
 
 
+@pytest.mark.slow
 def test_the_size_of_an_effect_is_estimated_and_reduces_the_cost() -> None:
     record = compared_record({**TRUE, "effects.coulomb_friction.force_n": 400.0})
     without_effect = problem(record)

@@ -52,6 +52,7 @@ def test_more_terms_that_do_nothing_are_no_advantage() -> None:
     assert -1.0 < float(np.mean(gains)) < 1.0
 
 
+@pytest.mark.slow
 @settings(max_examples=10)
 @given(seed=st.integers(0, 100), size=st.floats(0.5, 3.0))
 def test_differences_are_those_of_the_exact_evidence(seed: int, size: float) -> None:

@@ -161,6 +161,7 @@ def test_screening_takes_the_best_start(case: Case) -> None:
     assert screened.values["effects.coulomb_friction.force_n"] == pytest.approx(400.0, rel=0.05)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("offset", [-0.015, 0.02])
 def test_screening_reaches_either_sign(offset: float) -> None:
     case = made.case_of({"effects.valve_null_bias.offset": offset})
@@ -202,6 +203,7 @@ def test_a_slow_spool_is_identified_though_its_limit_has_no_slope() -> None:
     assert calibrate(case).values[SLEW] == pytest.approx(120.0, rel=0.1)
 
 
+@pytest.mark.slow
 def test_values_of_the_rig_file_stay_and_nuisances_move() -> None:
     case = made.case_of({"fluid.bulk_modulus_pa": 0.6e9, "nuisance.flow_exponent": 0.53})
     calibrated = calibrate(case)
@@ -213,6 +215,7 @@ def test_values_of_the_rig_file_stay_and_nuisances_move() -> None:
     assert calibrated.cost < nuisance_fit.cost < nominal_candidate(case).cost
 
 
+@pytest.mark.slow
 def test_a_second_effect_starts_from_the_fit_with_the_first() -> None:
     true = {**FRICTION, "effects.valve_dead_band.overlap": 0.03}
     case = made.case_of(true)
@@ -245,6 +248,7 @@ def test_the_long_fit_ends_with_the_decision_steps(case: Case) -> None:
     assert refined.cost - again.cost == pytest.approx(0.0, abs=10.0 * GAIN)
 
 
+@pytest.mark.slow
 def test_a_limit_cycle_is_calibrated_from_distant_values() -> None:
     """A loop with too high a gain oscillates at its oil spring: the fit must not slip a period."""
     true = {

@@ -41,6 +41,7 @@ def of_size(size: float, seed: int) -> FittedCandidate:
     return candidate(size * rng.standard_normal((WINDOWS, LENGTH, 3)), 1e3 * size)
 
 
+@pytest.mark.slow
 @given(a=st.floats(0.01, 100.0), b=st.floats(0.01, 100.0))
 def test_swapping_the_candidates_changes_the_sign(case: Case, a: float, b: float) -> None:
     first, second = of_size(a, 1), of_size(b, 2)

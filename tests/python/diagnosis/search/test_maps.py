@@ -93,6 +93,7 @@ def test_noise_alone_has_no_map() -> None:
     assert maps([COMPARED], errors, FLOORS, RIG).regimes == ()
 
 
+@pytest.mark.slow
 @settings(max_examples=20)
 @given(
     scale=st.floats(1e-6, 1e6),

@@ -80,6 +80,7 @@ def test_candidate_effects_are_neither_configured_nor_excluded(excluded: set[str
     assert len(set(effects)) == len(effects)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "value", "names"),
     [
@@ -174,7 +175,9 @@ def test_two_effects_are_identified_together_and_each_stage_has_progress() -> No
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("names", [made.PRESSURES, ("position_m",)])
+@pytest.mark.parametrize(
+    "names", [made.PRESSURES, pytest.param(("position_m",), marks=pytest.mark.thorough)]
+)
 def test_no_effect_gains_where_none_was_put_in(names: tuple[str, ...]) -> None:
     case = made.case_of(made.OFF, names)
     with workers(1):
@@ -375,7 +378,14 @@ def _far_off(case: Case, effects: tuple[str, ...]) -> FittedCandidate:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("well_fitted", [(), ("coulomb_friction",), ("load_force",)], ids="+".join)
+@pytest.mark.parametrize(
+    "well_fitted",
+    [
+        ("coulomb_friction",),
+        *(pytest.param(one, marks=pytest.mark.thorough) for one in ((), ("load_force",))),
+    ],
+    ids="+".join,
+)
 def test_no_set_is_behind_one_that_it_contains(well_fitted: tuple[str, ...]) -> None:
     case = made.case_of(
         {**made.OFF, "effects.coulomb_friction.force_n": 400.0, "effects.load_force.force_n": 900.0}

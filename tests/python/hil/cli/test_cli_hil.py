@@ -172,6 +172,7 @@ def test_wrong_use(arguments: tuple[str, ...], says: str, tmp_path: Path) -> Non
     assert not (tmp_path / "hil").exists()
 
 
+@pytest.mark.slow
 def test_another_machine_must_be_of_the_same_kind(tmp_path: Path) -> None:
     axis = ROOT / "examples" / "rigs" / "axis.toml"
     code, _, errors = ended("--port", "loop://", "--actual", str(axis), "--out", str(tmp_path))
@@ -232,7 +233,7 @@ class Watched:
         return undisturbed(way, number, frame)
 
 
-@pytest.mark.slow
+@pytest.mark.thorough
 @pytest.mark.usefixtures("blank_pictures")
 def test_a_host_that_is_killed(relay: Relay, tmp_path: Path) -> None:
     """The target closes the valve, the record ends with a whole line, the next host can run."""

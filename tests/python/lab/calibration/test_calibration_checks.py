@@ -126,6 +126,7 @@ def test_the_order_of_the_machines_is_nothing(
     assert json_text(calibrate(found)) == json_text(strange)
 
 
+@pytest.mark.slow
 def test_the_file_is_as_its_schema_has_it(made_once: Any, tmp_path: Path) -> None:
     path = tmp_path / "calibration.json"
     path.write_text(json_text(made_once("calibration", made_calibration)))
@@ -141,6 +142,7 @@ def test_a_few_machines_are_enough_for_a_result_and_none_are_not() -> None:
         calibrate(Found(tuple(drawn_machines(4, 1))))
 
 
+@pytest.mark.slow
 def test_small_families_are_not_left_out() -> None:
     made = drawn_machines(2 * LEAST_MACHINES, 2)
     named = [

@@ -57,6 +57,7 @@ def test_standard_errors_are_not_too_small() -> None:
     assert np.all(squares < stats.chi2.ppf(1.0 - RISK, repeats)), squares
 
 
+@pytest.mark.slow
 def test_the_fit_is_better_than_any_constants_nearby() -> None:
     choices = choices_of(drawn_machines(300, 2))
     found = fit(choices)

@@ -114,6 +114,7 @@ def test_on_a_record_of_the_rig(tmp_path: Path) -> None:
     assert vague["error_at"]["100.0"]["median"] < 0.01
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("blank_pictures")
 def test_preprocessing_and_structures_are_those_asked_for(tmp_path: Path) -> None:
     out = tmp_path / "out"
@@ -135,6 +136,7 @@ def test_preprocessing_and_structures_are_those_asked_for(tmp_path: Path) -> Non
     assert tried == {(2, 1), (3, 1)}
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("blank_pictures")
 def test_on_the_crane_without_time_or_rig(tmp_path: Path) -> None:
     out = tmp_path / "out"
@@ -147,6 +149,7 @@ def test_on_the_crane_without_time_or_rig(tmp_path: Path) -> None:
     assert "Physical reading" not in page_of(out).found
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("signal", "problem"),
     [("constant", "constant input"), ("short", "too short"), ("deaf", "no response")],

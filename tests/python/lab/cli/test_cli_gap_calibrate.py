@@ -47,6 +47,7 @@ def check(tmp_path: Path) -> Path:
     return out
 
 
+@pytest.mark.slow
 def test_features_give_a_page_a_file_and_the_features_again(features: Path, tmp_path: Path) -> None:
     out = tmp_path / "out"
     outcome = run("--features", features, "--out", out)
@@ -63,6 +64,7 @@ def test_features_give_a_page_a_file_and_the_features_again(features: Path, tmp_
     assert "could have come from the same generator" in words(outcome.stdout)
 
 
+@pytest.mark.slow
 def test_a_check_that_still_runs_gives_its_finished_cases(check: Path, tmp_path: Path) -> None:
     out = tmp_path / "out"
     outcome = run(check, "--out", out, "--json")
@@ -73,6 +75,7 @@ def test_a_check_that_still_runs_gives_its_finished_cases(check: Path, tmp_path:
     assert json.loads(again.stdout) == {**found, "left_out": {}}
 
 
+@pytest.mark.slow
 def test_several_checks_and_files_count_together(
     check: Path, features: Path, tmp_path: Path
 ) -> None:

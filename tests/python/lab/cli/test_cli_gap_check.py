@@ -150,6 +150,7 @@ def test_a_changed_answer_is_refused_before_and_after_the_run(
     assert "answers.json: changed since it was sealed" in words(outcome.stderr)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("options", "told"),
     [
@@ -176,6 +177,7 @@ def test_a_folder_with_other_files_is_refused(tmp_path: Path) -> None:
     assert [path.name for path in tmp_path.iterdir()] == ["thesis.tex"]
 
 
+@pytest.mark.slow
 def test_a_scheduler_that_is_not_there_is_one_message(made: Path) -> None:
     outcome = run("--out", str(made), "--dask", "tcp://127.0.0.1:1", workers=None)
     assert outcome.exit_code == 2

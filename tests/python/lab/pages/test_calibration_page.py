@@ -20,6 +20,8 @@ from ehsid.lab.pages.calibration_page import (
     sets_table,
 )
 
+pytestmark = pytest.mark.slow
+
 
 @pytest.fixture
 def found(made_once: Any) -> Any:

@@ -15,6 +15,8 @@ from ehsid.lab.pages.check_page import check_page, write_page
 from ehsid.lab.pages.check_words import figure_text, lead, number, target_text
 from ehsid.lab.scoring.score import Score, score_cases, score_folder
 
+pytestmark = [pytest.mark.slow, pytest.mark.usefixtures("blank_pictures")]
+
 
 @pytest.fixture(scope="module")
 def score(tmp_path_factory: pytest.TempPathFactory) -> Score:

@@ -18,6 +18,7 @@ from ehsid.lab.reality.variants import GRADES
 SHORT: dict[str, Any] = {"seconds": 1.0}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("grade", GRADES)
 @pytest.mark.parametrize(
     "seed", [0, *(pytest.param(seed, marks=pytest.mark.thorough) for seed in range(1, 4))]
@@ -34,6 +35,7 @@ def test_the_transfer_record_has_another_excitation(seed: int, grade: Any) -> No
     assert not np.array_equal(case.transfer["command_v"], case.validate["command_v"])
 
 
+@pytest.mark.slow
 def test_the_transfer_record_is_never_small() -> None:
     """At small amplitudes a wrong effect can reduce the gap, too."""
     ratios = []
@@ -66,6 +68,7 @@ def test_the_first_two_records_do_not_depend_on_the_transfer_record(
         np.testing.assert_array_equal(after.validate[name], before.validate[name])
 
 
+@pytest.mark.slow
 def test_the_transfer_record_is_written_to_its_own_folder(tmp_path: Path) -> None:
     folder, transfer = tmp_path / "cases", tmp_path / "transfer"
     name, answer = write_drawn_case(
@@ -111,6 +114,7 @@ def test_slow_records_are_sampled_every_20_or_50_ms() -> None:
         assert {draw_sampling_time(seed, grade) for seed in range(20)} == {1e-3}
 
 
+@pytest.mark.slow
 def test_new_cases_replace_those_of_an_earlier_run_and_nothing_else(tmp_path: Path) -> None:
     def write(*seeds: int) -> list[str]:
         write_cases(tmp_path / "cases", tmp_path / "answers.json", seeds, seconds=1.0)

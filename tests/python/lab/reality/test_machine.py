@@ -146,6 +146,7 @@ OUTSIDE_EQUATIONS = [name for name in OUTSIDE if "sensor" not in name and "frame
 UNNAMED_EQUATIONS = [name for name in UNNAMED if UNNAMED[name].adds_to not in ("sensor", "delay")]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("effect", [*CATALOGUE, *OUTSIDE_EQUATIONS, *UNNAMED_EQUATIONS])
 @pytest.mark.parametrize("grade", ["plain", pytest.param("hard", marks=pytest.mark.thorough)])
 def test_run_agrees_with_scipy_for_each_effect(effect: str, grade: str) -> None:
@@ -179,7 +180,7 @@ def test_run_agrees_with_scipy_for_each_law(effect: str, variants: Variants) -> 
 
 def assert_agrees_with_scipy(t: Truth) -> None:
     start = start_state(t, 0.5 * t.stroke_m)
-    commands = wave(120)
+    commands = wave(60)
     outputs = own_run(t, start, commands)
     reference = scipy_run(t, start, commands)
     position = reference[:, equations.Y]

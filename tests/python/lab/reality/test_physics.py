@@ -29,6 +29,7 @@ def servo(**changes: float) -> Truth:
     return t._replace(**{**ideal, **changes})
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("u", [0.4, -0.4])
 @pytest.mark.parametrize("load", [0.0, 0.1, -0.1])
 def test_steady_speed_follows_from_orifices_and_forces(u: float, load: float) -> None:
@@ -135,6 +136,7 @@ def test_below_break_away_the_bristles_carry_the_force(share: float) -> None:
     assert abs(out[-1, equations.OUT_V]) < 1e-8
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("force", [20.0, 60.0])
 def test_above_break_away_the_steady_speed_is_on_the_stribeck_curve(force: float) -> None:
     t = axis(10.0, 15.0)
@@ -162,6 +164,7 @@ def test_friction_and_drive_balance_the_kinetic_energy() -> None:
     assert 9.9 * distance < dissipated[-1] - viscous < 15.0 * distance
 
 
+@pytest.mark.slow
 def test_supply_droops_by_its_resistance() -> None:
     resistance = 0.1 * servo().source_pa / (0.5 * servo().area_a_m2)
     t = servo(source_resistance_pa_s_m3=resistance, accumulator_m3_pa=5e-3 / resistance)

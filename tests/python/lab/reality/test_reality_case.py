@@ -59,6 +59,7 @@ def test_compiled_functions_are_in_a_single_file() -> None:
 NOT_MADE = {"spool_stiction", "line_resonance"}
 
 
+@pytest.mark.slow
 def test_the_catalogue_is_that_of_the_diagnosis() -> None:
     catalogue = {
         effect.id: {parameter.name.rsplit(".", 1)[-1] for parameter in effect.parameters}
@@ -75,6 +76,7 @@ def test_the_catalogue_is_that_of_the_diagnosis() -> None:
     assert not set(OUTSIDE) & set(catalogue)
 
 
+@pytest.mark.slow
 def test_the_same_arguments_make_the_same_case() -> None:
     first, second = (make_case(7, "hard", "two", **SHORT) for _ in range(2))
     assert first.rig_toml == second.rig_toml
@@ -104,6 +106,7 @@ def without_effect() -> tuple[str, str, list[Any]]:
     return arguments_of_runs(kind="none")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "options",
     [{"effects": [name]} for name in CATALOGUE if name != "valve_lag"]
@@ -122,6 +125,7 @@ def test_only_the_machine_depends_on_the_effect(
             np.testing.assert_array_equal(argument, other_argument)
 
 
+@pytest.mark.slow
 def test_only_the_machine_depends_on_the_effect_of_a_wide_case() -> None:
     """Its laws of friction, hysteresis, laps and supply are drawn whatever the effect is."""
     name, rig, runs = arguments_of_runs(grade="wide", kind="none")
@@ -134,6 +138,7 @@ def test_only_the_machine_depends_on_the_effect_of_a_wide_case() -> None:
                 np.testing.assert_array_equal(argument, other_argument)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("plant", ["ehs", "axis"])
 @pytest.mark.parametrize("seed", range(5))
 def test_true_values_lie_where_the_kind_says(seed: int, plant: str) -> None:
@@ -151,6 +156,7 @@ def test_true_values_lie_where_the_kind_says(seed: int, plant: str) -> None:
         assert {name: rig.sigma(name) for name in sigmas} == dict(sigmas)
 
 
+@pytest.mark.slow
 @given(seed=st.integers(0, 10**6), grade=st.sampled_from(GRADES), kind=st.sampled_from(KINDS))
 @settings(max_examples=settings.default.max_examples // 5)
 def test_any_case_stays_inside_the_machine(seed: int, grade: Any, kind: Any) -> None:
@@ -168,6 +174,7 @@ def test_any_case_stays_inside_the_machine(seed: int, grade: Any, kind: Any) -> 
             assert record[f"pressure_{side}_pa"].min() > least
 
 
+@pytest.mark.slow
 def test_kinds_have_their_number_of_effects() -> None:
     for kind, count in zip(KINDS, (1, 2, 0, 0, 1), strict=True):
         for seed in range(4):
@@ -190,17 +197,11 @@ def test_given_sizes_are_used() -> None:
     assert case.truth.null_bias == 0.0123
 
 
-# The everyday tests have one effect of each subsystem and one seed; the slow ones all effects and
-# two seeds.
-EVERY_DAY = (
-    "valve_dead_band",
-    "internal_leakage",
-    "coulomb_friction",
-    "sensor_lag",
-    "transport_delay",
-)
+# From day to day two effects and one seed; all effects and two seeds in --all.
+EVERY_DAY = ("coulomb_friction", "transport_delay")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("effect", "seeds"),
     [(effect, 1) for effect in EVERY_DAY]
@@ -294,6 +295,7 @@ def test_wrong_use_ends_with_two_and_no_file(wrong: list[str], tmp_path: Path) -
     assert not list(tmp_path.iterdir())
 
 
+@pytest.mark.slow
 def test_command_writes_cases(tmp_path: Path) -> None:
     arguments = ["--out", str(tmp_path / "c"), "--answers", str(tmp_path / "a.json")]
     result = CliRunner().invoke(app, [*arguments, "--count", "1", "--plant", "axis"])
@@ -303,12 +305,14 @@ def test_command_writes_cases(tmp_path: Path) -> None:
     assert len(list((tmp_path / "c").glob("*/rig.toml"))) == 1
 
 
+@pytest.mark.slow
 def test_columns_follow_the_sensors() -> None:
     for sensors, columns in COLUMNS.items():
         record = drawn_case(2, sensors=sensors).train
         assert tuple(record) == ("time_s", "command_v", "position_m", *columns)
 
 
+@pytest.mark.slow
 def test_sampling_period_is_free() -> None:
     fast = make_case(9, "plain", "none", dt_s=1e-4, seconds=0.1).train
     slow = make_case(9, "plain", "none", dt_s=0.02, seconds=1.0).train

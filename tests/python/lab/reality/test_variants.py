@@ -48,6 +48,7 @@ def deflection(
     return np.asarray(solution.y[0])
 
 
+@pytest.mark.slow
 @given(exponent=st.floats(1.0, 2.0), way=st.floats(0.1, 20.0))
 def test_dahl_force_over_the_way(exponent: float, way: float) -> None:
     """Constant speed from rest: dF/dx = s0 (1 - F / F_s)^i has a closed solution."""
@@ -61,7 +62,10 @@ def test_dahl_force_over_the_way(exponent: float, way: float) -> None:
     assert force / FORCE_N == pytest.approx(1.0 - left, abs=1e-6)
 
 
-@pytest.mark.parametrize("amplitude", [0.3, 1.0, 5.0])
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    "amplitude", [1.0, *(pytest.param(one, marks=pytest.mark.thorough) for one in (0.3, 5.0))]
+)
 def test_area_of_the_loop_of_dahl(amplitude: float) -> None:
     """In a settled cycle with the exponent 1, friction takes 4 F_s^2 / s0 (a - tanh a)."""
     t = seals(dahl_exponent=1.0)
@@ -93,6 +97,7 @@ def test_bouc_wen_along_its_branches(power: float, sigma: float) -> None:
     assert z / BRISTLE_M == pytest.approx(0.1, abs=1e-6)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("law", [{"dahl_exponent": 1.4}, {"bouc_wen_power": 1.7}])
 def test_sliding_force_of_the_other_laws(law: dict[str, float]) -> None:
     """Long after a start, friction is Coulomb's for Dahl, and Stribeck's curve for Bouc-Wen."""
@@ -130,6 +135,7 @@ def operator(seed: int, half_width: float) -> Truth:
     return with_variants(machine._replace(play=half_width), variants, ["valve_hysteresis"])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(5))
 def test_hysteresis_of_weighted_plays(seed: int) -> None:
     """A large loop is as wide as that of the play; small reversals give the initial curve twice."""
@@ -159,6 +165,7 @@ def test_run_passes_the_command_through_the_operator() -> None:
     assert out[40, equations.OUT_X] == pytest.approx(-0.07, abs=1e-9)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(6))
 def test_unequal_ends_keep_the_width_of_the_dead_band(seed: int) -> None:
     machine = drawn_case(seed, "plain", effects=["valve_dead_band"]).truth
@@ -173,6 +180,7 @@ def test_unequal_ends_keep_the_width_of_the_dead_band(seed: int) -> None:
     assert with_variants(machine, Variants(lap_difference=0.2), ["valve_lag"]) == machine
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("droops", [False, True])
 @pytest.mark.parametrize("seed", range(6))
 def test_relief_valve_holds_the_pressure_up_to_the_flow_of_the_pump(

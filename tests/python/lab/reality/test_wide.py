@@ -43,7 +43,7 @@ FAMILIES = {
 }
 
 
-@pytest.mark.slow
+@pytest.mark.thorough
 def test_the_same_arguments_make_the_same_case() -> None:
     first, second = (make_case(7, "wide", "two", **SHORT) for _ in range(2))
     assert first.rig_toml == second.rig_toml
@@ -251,6 +251,7 @@ def test_sampling_times() -> None:
     assert min(drawn.count(dt_s) for dt_s in set(drawn)) >= 65
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(6))
 def test_answers_name_the_families(seed: int) -> None:
     answer = drawn_case(seed, "wide", effects=["valve_hysteresis"]).answer
@@ -286,7 +287,9 @@ def test_stribeck_friction_is_never_of_dahls_law() -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize(
+    "seed", [0, *(pytest.param(seed, marks=pytest.mark.thorough) for seed in range(1, 4))]
+)
 def test_the_supply_droops_only_where_that_is_the_effect(seed: int) -> None:
     case = make_case(seed, "wide", effects=["load_force"], sensors="pressures+supply", seconds=4.0)
     for record in (case.train, case.validate):
@@ -310,7 +313,9 @@ def test_any_case_stays_inside_the_machine(seed: int) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("among", ["training", "validation"])
+@pytest.mark.parametrize(
+    "among", ["training", pytest.param("validation", marks=pytest.mark.thorough)]
+)
 def test_a_check_takes_its_commands_from_one_set(tmp_path: Path, among: str) -> None:
     settings = Settings(count=2, grades=("wide",), seconds=2.0, excitations=among)
     make_check(tmp_path / "check", settings)

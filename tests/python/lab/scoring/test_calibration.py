@@ -96,6 +96,7 @@ def score(tmp_path_factory: pytest.TempPathFactory):  # type: ignore[no-untyped-
     return score_folder(write_check(tmp_path_factory.mktemp("risk"), answers, how))
 
 
+@pytest.mark.slow
 def test_risk_over_coverage(score) -> None:  # type: ignore[no-untyped-def]
     sure, all_names = risk_curve(score.cases)
     names = sum(bool(case.findings.named) for case in score.cases)

@@ -167,6 +167,7 @@ def test_candidates_of_another_program_are_not_judged_by_our_rules() -> None:
     assert contradictions(read(plain)) == ()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("broken", [False, True])
 def test_a_check_reports_the_cases_that_contradict_themselves(tmp_path: Path, broken: bool) -> None:
     def made(answer: Plain, rng: np.random.Generator) -> Plain:

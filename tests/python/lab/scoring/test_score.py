@@ -36,6 +36,7 @@ def usual(tmp_path_factory: pytest.TempPathFactory) -> Score:
     return score_folder(write_check(tmp_path_factory.mktemp("fair"), made_answers(120), fair))
 
 
+@pytest.mark.slow
 def test_a_perfect_diagnosis_meets_every_target(flawless: Score) -> None:
     assert not flawless.wrong
     assert all(case.judgement.right for case in flawless.cases)
@@ -116,6 +117,7 @@ def diagnosis_of(name: str) -> Findings:
     return Findings("effects", (NamedEffect(name, 0.5),))
 
 
+@pytest.mark.slow
 def test_the_control_is_the_permutation_test_of_scipy(usual: Score) -> None:
     cases = [case for case in usual.cases if case.answer.sensors == "position"][:25]
 
@@ -154,6 +156,7 @@ def test_splits_and_lists_add_up(usual: Score) -> None:
     assert usual.wrong[0].outcome == "wrong name"
 
 
+@pytest.mark.slow
 def test_small_gaps_ask_for_no_name_but_untold_ones_do(tmp_path: Path) -> None:
     answers = {name: one for name, one in made_answers(60).items() if one["kind"] == "one"}
     small, untold, *_ = answers
@@ -212,6 +215,7 @@ def test_an_empty_check_scores_nothing(tmp_path: Path) -> None:
     assert all(one.n == 0 for one in score.tables[0].columns["pressures"])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("honest", [True, False])
 def test_the_seal_is_compared(tmp_path: Path, honest: bool) -> None:
     write_check(tmp_path, made_answers(3), perfect)

@@ -104,6 +104,7 @@ def test_effects_that_the_rig_tells_stay() -> None:
     assert bare.values["effects.valve_lag.bandwidth_hz"] == 60.0
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("two_processes")
 def test_a_check_with_a_third_record(tmp_path: Path) -> None:
     answers = {n: one for n, one in made_answers(20).items() if one["kind"] == "one"}

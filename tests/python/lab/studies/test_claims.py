@@ -96,6 +96,7 @@ def test_groups_of_runs_joined_are_the_runs() -> None:
         np.testing.assert_array_equal(getattr(whole, name), getattr(parts, name))
 
 
+@pytest.mark.slow
 def test_map_is_the_judgements_in_order() -> None:
     found = map_claims(
         p0s=[1.0, 1e6],

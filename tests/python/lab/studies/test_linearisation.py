@@ -115,6 +115,7 @@ def test_what_cannot_be_excited_is_said() -> None:
         small_signal_response(BENCH, DT_S, amplitude_v=0.1, band_hz=(1.0, 20.0))
 
 
+@pytest.mark.slow
 def test_a_stuck_rig_does_not_move_and_nothing_breaks() -> None:
     """Inside a dead band the response is next to nothing."""
     dead = BENCH.with_values({"effects.valve_dead_band.overlap": 0.2})

@@ -56,6 +56,7 @@ def consistent(procedure: Procedure) -> None:
     assert not any(attempt.sound for attempt in procedure.attempts[:-1]) or best.sound
 
 
+@pytest.mark.slow
 def test_a_plain_record_takes_one_attempt() -> None:
     u, y = model16(seed=1, n=2000, noise=0.1)
     procedure = run_procedure(IoData.from_arrays(u, y, dt_s=0.05))
@@ -74,6 +75,7 @@ def test_a_plain_record_takes_one_attempt() -> None:
     assert procedure.best.one_step_fit_percent == plain.chosen.one_step_fit_percent
 
 
+@pytest.mark.slow
 def test_a_missing_delay_is_found_by_the_loop() -> None:
     u, y = model16(seed=2, n=2000, noise=0.1, nk=8)
     procedure = run_procedure(IoData.from_arrays(u, y))
@@ -85,6 +87,7 @@ def test_a_missing_delay_is_found_by_the_loop() -> None:
     assert "beyond chance" in procedure.best.comparison
 
 
+@pytest.mark.slow
 def test_a_higher_order_is_found_by_the_loop() -> None:
     """Order 4 while 2 and 3 are asked for."""
     rng = np.random.default_rng(3)
@@ -98,6 +101,7 @@ def test_a_higher_order_is_found_by_the_loop() -> None:
     assert procedure.best.sound
 
 
+@pytest.mark.slow
 def test_drift_is_found_by_the_loop() -> None:
     """A line in the output of a plant that settles, which no constant term takes up."""
     rng = np.random.default_rng(4)
@@ -114,6 +118,7 @@ def test_drift_is_found_by_the_loop() -> None:
     assert procedure.best.preprocessed.y.slope == pytest.approx(0.01, rel=0.05)
 
 
+@pytest.mark.slow
 def test_a_cancelling_pair_leads_to_a_lower_order() -> None:
     """First order, while nothing below 3 is asked for."""
     rng = np.random.default_rng(5)
@@ -128,6 +133,7 @@ def test_a_cancelling_pair_leads_to_a_lower_order() -> None:
     assert procedure.problems == ()
 
 
+@pytest.mark.slow
 def test_what_stays_wrong_is_said() -> None:
     """A plant that is not linear: nothing helps, and the page must say so."""
     rng = np.random.default_rng(6)
@@ -142,6 +148,7 @@ def test_what_stays_wrong_is_said() -> None:
     assert any("nonlinear" in sentence for sentence in procedure.meaning)
 
 
+@pytest.mark.slow
 def test_the_crane_keeps_the_choice_of_identify() -> None:
     record = read_record(CRANE, columns=("valve_opening", "oil_pressure"))
     procedure = run_procedure(IoData.from_record(record, "valve_opening", "oil_pressure"))
@@ -154,6 +161,7 @@ def test_the_crane_keeps_the_choice_of_identify() -> None:
     assert 0.49 < procedure.response.frequency_hz[-1] < 0.5
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("scaling", [False, True])
 def test_scaling_changes_no_figure_in_the_units_of_the_record(scaling: bool) -> None:
     u, y = model16(seed=7, n=1200, noise=0.1)
@@ -179,6 +187,7 @@ def test_scaling_changes_no_figure_in_the_units_of_the_record(scaling: bool) -> 
     )
 
 
+@pytest.mark.slow
 def test_data_without_noise_pass() -> None:
     u, y = model16(seed=8, n=800, noise=0.0)
     procedure = run_procedure(IoData.from_arrays(u, y))
@@ -287,6 +296,7 @@ BAD: dict[str, tuple[Callable[[], IoData], dict[str, object], Problem]] = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("case", BAD)
 def test_bad_data_are_named(case: str) -> None:
     data, options, expected = BAD[case]

@@ -48,6 +48,7 @@ def response(name: str, hz: float) -> complex:
     return complex(back**nk * np.polyval(b[::-1], back) / np.polyval([*a[::-1], 1.0], back))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", PLANTS)
 def test_the_limit_is_where_the_poles_of_the_closed_loop_leave_the_circle(name: str) -> None:
     loop = analysed(name)
@@ -67,6 +68,7 @@ def test_the_limit_is_where_the_poles_of_the_closed_loop_leave_the_circle(name: 
     assert loop.unity.gain_margin == pytest.approx(abs(loop.limit_gain))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", PLANTS)
 def test_phase_margin_poles_and_stability_are_those_of_numpy(name: str) -> None:
     loop = analysed(name)
@@ -95,6 +97,7 @@ def test_phase_margin_poles_and_stability_are_those_of_numpy(name: str) -> None:
         assert one.phase_margin_deg == pytest.approx(phase - 180.0, abs=0.01)
 
 
+@pytest.mark.slow
 def test_the_gain_has_the_sign_that_counteracts_an_error() -> None:
     as_is, turned = analysed("oil spring"), analysed("oil spring, valve turned round")
     assert as_is.limit_gain is not None
@@ -126,6 +129,7 @@ def test_half_the_limit_of_a_plant_that_runs_away_is_told_to_be_unstable() -> No
     assert not loop.half.stable
 
 
+@pytest.mark.slow
 def test_without_a_sampling_time_frequencies_are_in_cycles_a_sample() -> None:
     timed, counted = analysed("oil spring"), analysed("oil spring", None)
     assert timed.phase_crossover_hz is not None

@@ -20,6 +20,7 @@ def clean(y: np.ndarray, u: np.ndarray) -> tuple[np.ndarray, Outliers]:
     return replace_outliers(data, data.split(0.5)[0])
 
 
+@pytest.mark.slow
 @settings(max_examples=30)
 @given(
     seed=st.integers(0, 2**32 - 1),

@@ -32,6 +32,7 @@ def log(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory
         return WRITERS[request.param](tmp_path_factory.mktemp("whole"))
 
 
+@pytest.mark.slow
 @settings(max_examples=15, deadline=None, suppress_health_check=[HealthCheck.too_slow])
 @given(data=st.data())
 def test_a_damaged_log_is_a_record_or_a_message(log: Path, data: st.DataObject) -> None:
@@ -166,6 +167,7 @@ def ods_text(path: Path) -> Path:
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("bomb", [hdf5_bomb, excel_bomb, far_cells, shared_text, ods_far, ods_text])
 def test_bombs_are_refused(tmp_path: Path, bomb: Callable[[Path], Path]) -> None:
     path = bomb(tmp_path)
@@ -222,6 +224,7 @@ def test_a_missing_package_is_named_with_the_command_that_installs_it(
         read_record(path)
 
 
+@pytest.mark.slow
 def test_memory_is_bounded_where_a_file_states_too_little(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

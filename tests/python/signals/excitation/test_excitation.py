@@ -21,6 +21,7 @@ def lines_of(signal: np.ndarray) -> np.ndarray:
     return np.flatnonzero(spectrum > 1e-10 * spectrum.max())
 
 
+@pytest.mark.slow
 @given(n=st.integers(100, 500), group=st.integers(2, 6), seed=st.integers(0, 1000))
 def test_odd_multisine_has_its_lines_and_no_others(n: int, group: int, seed: int) -> None:
     rng = np.random.default_rng(seed)

@@ -79,6 +79,7 @@ ROUND_TRIPS = [
 ]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("plant", "effect"), ROUND_TRIPS)
 def test_simulator_with_the_effect_does_under_the_new_command_what_it_did(
     plant: str, effect: str

@@ -134,6 +134,7 @@ def spool_means(command: FloatArray, bandwidth_hz: float, damping: float) -> Flo
     return np.asarray(middles.reshape(-1, fine).mean(axis=1))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("bandwidth_hz", "damping"),
     [
@@ -155,6 +156,7 @@ def test_mean_of_the_lag_of_its_pre_image_is_the_command(
     assert np.abs(spool_means(command, bandwidth_hz, damping) - command)[settled].max() > 0.1
 
 
+@pytest.mark.slow
 def test_lag_that_is_beyond_the_amplifier_smooths_the_command_and_says_so() -> None:
     time_s = np.arange(2000) * 1e-3
     slow = 0.4 * np.sin(2.0 * np.pi * 3.0 * time_s)

@@ -20,6 +20,8 @@ from ehsid.lab.studies.pages.offline_sections import offline_sections
 from ehsid.lab.studies.procedure import Procedure, run_procedure
 from ehsid.lab.studies.rig_records import ORDERS
 
+pytestmark = pytest.mark.usefixtures("blank_pictures")
+
 DT_S = 0.05
 
 
