@@ -90,15 +90,15 @@ TEST_P(HeldInput, RestsAndReturns) {
     ASSERT_EQ(estimator.configure(options), Status::ok);
     Servo servo(seed);
     for (int k = 0; k < 2000; ++k) {
-      servo.step(estimator, servo.random_command());
+      static_cast<void>(servo.step(estimator, servo.random_command()));
     }
     EXPECT_TRUE(estimator.converged());
     for (int k = 0; k < 200; ++k) {
-      servo.step(estimator, 0.0);  // the plant settles; still informative
+      static_cast<void>(servo.step(estimator, 0.0));  // the plant settles; still informative
     }
     const auto before = estimator.theta_hat();
     for (int k = 0; k < 20000; ++k) {
-      servo.step(estimator, 0.0);
+      static_cast<void>(servo.step(estimator, 0.0));
       ASSERT_LT((estimator.theta_hat() - before).norm(), 1e-3F * before.norm());
     }
     for (double& value : servo.b) {
@@ -106,7 +106,7 @@ TEST_P(HeldInput, RestsAndReturns) {
     }
     int last_bad = 0;
     for (int k = 1; k <= 400; ++k) {
-      servo.step(estimator, servo.random_command());
+      static_cast<void>(servo.step(estimator, servo.random_command()));
       last_bad = servo.worst_error(estimator) > 0.01 ? k : last_bad;
     }
     EXPECT_LT(last_bad, 150) << "seed " << seed;
@@ -140,7 +140,7 @@ TEST(ArxEstimator, SeedIsTheEstimateAtTheStart) {
   Estimator estimator;
   Servo servo(9);
   for (int k = 0; k < 100; ++k) {
-    servo.step(estimator, servo.random_command());
+    static_cast<void>(servo.step(estimator, servo.random_command()));
   }
   ASSERT_EQ(estimator.seed(known_theta(), known_factors(), 1e-6F), Status::ok);
   EXPECT_EQ(estimator.theta_hat(), known_theta());  // scales of one: no rounding
@@ -199,7 +199,7 @@ TEST(ArxEstimator, BadSeedLeavesEveryBitAsItWas) {
   Estimator estimator;
   Servo servo(10);
   for (int k = 0; k < 100; ++k) {
-    servo.step(estimator, servo.random_command());
+    static_cast<void>(servo.step(estimator, servo.random_command()));
   }
   const auto before = estimator.save();
   auto refused = [&](const Estimator::Parameters& theta, const Factors& factors, float variance) {
@@ -232,7 +232,7 @@ TEST(ArxEstimator, ResumesWithoutRefillingAfterDisable) {
   Estimator estimator;
   Servo servo(8);
   for (int k = 0; k < 300; ++k) {
-    servo.step(estimator, servo.random_command());
+    static_cast<void>(servo.step(estimator, servo.random_command()));
   }
   const auto theta = estimator.theta_hat();
   estimator.enable(false);

@@ -66,7 +66,7 @@ template <class Recursion>
 void excite(Recursion& rls, Plant& plant, int samples) {
   for (int k = 0; k < samples; ++k) {
     const auto phi = plant.regressor();
-    rls.update(phi, plant.advance(plant.random_command(), 1e-3));
+    static_cast<void>(rls.update(phi, plant.advance(plant.random_command(), 1e-3)));
   }
 }
 
@@ -105,7 +105,7 @@ TYPED_TEST(RlsPolicy, HugeInputsAtAnyTimeStayFinite) {
     if (k % 11 == 0) {
       y = -std::pow(10.0F, exponent(random));
     }
-    rls.update(phi, y);
+    static_cast<void>(rls.update(phi, y));
     ASSERT_TRUE(rls.state().factors.usable()) << "at sample " << k;
     ASSERT_TRUE(ehsid::all_finite<6>(rls.state().theta)) << "at sample " << k;
   }
@@ -117,7 +117,7 @@ TYPED_TEST(RlsPolicy, CovarianceNeverExceedsTheCeiling) {
   excite(rls, plant, 500);
   for (int k = 0; k < 100000; ++k) {
     const auto phi = plant.regressor();
-    rls.update(phi, plant.advance(0.0, 1e-3));
+    static_cast<void>(rls.update(phi, plant.advance(0.0, 1e-3)));
   }
   double mean = 0.0;
   for (int i = 0; i < 6; ++i) {
@@ -146,7 +146,7 @@ TYPED_TEST(RlsPolicy, SlowHeldInputForAHundredMillionUpdatesStaysFinite) {
 #endif
   for (int block = 0; block < kBlocks; ++block) {
     for (int k = 0; k < kBlock; ++k) {
-      rls.update(regressors[k], outputs[k]);
+      static_cast<void>(rls.update(regressors[k], outputs[k]));
     }
     ASSERT_TRUE(rls.state().factors.usable()) << "after block " << block;
     ASSERT_TRUE(ehsid::all_finite<6>(rls.state().theta)) << "after block " << block;

@@ -63,7 +63,7 @@ Estimator after(int samples, const typename Estimator::Options& options = {}) {
   EXPECT_EQ(estimator.configure(options), Status::ok);
   Plant plant(7);
   for (int k = 0; k < samples; ++k) {
-    plant.step(estimator);
+    static_cast<void>(plant.step(estimator));
   }
   return estimator;
 }
@@ -143,7 +143,7 @@ void continue_bit_for_bit() {
     Plant plant(static_cast<std::uint32_t>(cut));
     Estimator first;
     for (int k = 0; k < cut; ++k) {
-      plant.step(first);
+      static_cast<void>(plant.step(first));
     }
     first.enable(cut % 2 == 0);
     auto second = after<Estimator>(77);
@@ -294,7 +294,7 @@ TYPED_TEST(Snapshot, DoesNotDependOnMemoryThatNobodyWrote) {
     auto* estimator = ::new (static_cast<void*>(storage)) Servo;
     Plant plant(3);
     for (int k = 0; k < 320; ++k) {
-      plant.step(*estimator);
+      static_cast<void>(plant.step(*estimator));
     }
     Bytes bytes(estimator->snapshot_bytes(), static_cast<std::uint8_t>(memory));
     estimator->save(bytes.data());
@@ -346,7 +346,7 @@ TYPED_TEST(Snapshot, WithARightChecksumBringsNothingButFiniteNumbers) {
         ASSERT_TRUE(ehsid::is_finite(estimator.innovation())) << at;
         ASSERT_TRUE(ehsid::is_finite(estimator.forgetting_factor())) << at;
         ASSERT_TRUE(ehsid::is_finite(estimator.residual_variance())) << at;
-        plant.step(estimator);
+        static_cast<void>(plant.step(estimator));
       }
     }
   }

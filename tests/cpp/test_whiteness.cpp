@@ -256,7 +256,7 @@ class Estimators : public testing::Test {
 TEST_F(Estimators, ANoisySensorIsSeenAndNothingConverges) {
   Estimator estimator;
   for (int k = 0; k < 3000; ++k) {
-    sample(estimator, 0.0, 0.01);
+    static_cast<void>(sample(estimator, 0.0, 0.01));
     ASSERT_FALSE(estimator.converged()) << "at " << k;
   }
   EXPECT_FALSE(estimator.whiteness().white());
@@ -272,7 +272,7 @@ TEST_F(Estimators, ANoisySensorIsSeenAndNothingConverges) {
 TEST_F(Estimators, WhiteNoiseChangesNothing) {
   Estimator estimator;
   for (int k = 0; k < 3000; ++k) {
-    sample(estimator, 0.01, 0.0);
+    static_cast<void>(sample(estimator, 0.01, 0.0));
     ASSERT_EQ(estimator.standard_deviation(), estimator.recursion().standard_deviation());
   }
   EXPECT_TRUE(estimator.converged());
@@ -281,7 +281,7 @@ TEST_F(Estimators, WhiteNoiseChangesNothing) {
 TEST_F(Estimators, NoNoiseIsNoReasonNotToConverge) {
   Estimator estimator;
   for (int k = 0; k < 500; ++k) {
-    sample(estimator, 0.0, 0.0);
+    static_cast<void>(sample(estimator, 0.0, 0.0));
   }
   EXPECT_TRUE(estimator.whiteness().white());
   EXPECT_TRUE(estimator.converged());
@@ -290,7 +290,7 @@ TEST_F(Estimators, NoNoiseIsNoReasonNotToConverge) {
 TEST_F(Estimators, ARestoredEstimatorGoesOnAsTheFirst) {
   Estimator first;
   for (int k = 0; k < 1000; ++k) {
-    sample(first, 0.0, 0.01);
+    static_cast<void>(sample(first, 0.0, 0.01));
   }
   Estimator second;
   ASSERT_EQ(second.restore(first.save()), Status::ok);
@@ -301,12 +301,12 @@ TEST_F(Estimators, ARestoredEstimatorGoesOnAsTheFirst) {
     double u[3];
     std::copy(y_, y_ + 3, y);
     std::copy(u_, u_ + 3, u);
-    sample(first, 0.0, 0.01);
+    static_cast<void>(sample(first, 0.0, 0.01));
     random_ = random;
     normal_ = normal;
     std::copy(y, y + 3, y_);
     std::copy(u, u + 3, u_);
-    sample(second, 0.0, 0.01);
+    static_cast<void>(sample(second, 0.0, 0.01));
     ASSERT_EQ(first.save(), second.save()) << "at " << k;
   }
 }
@@ -314,7 +314,7 @@ TEST_F(Estimators, ARestoredEstimatorGoesOnAsTheFirst) {
 TEST_F(Estimators, ARefusedSampleLeavesTheSumsAlone) {
   Estimator estimator;
   for (int k = 0; k < 500; ++k) {
-    sample(estimator, 0.0, 0.01);
+    static_cast<void>(sample(estimator, 0.0, 0.01));
   }
   const auto before = estimator.whiteness().state();
   ASSERT_EQ(estimator.step(0.0F, std::numeric_limits<float>::quiet_NaN()), Status::invalid_input);

@@ -20,7 +20,7 @@ EHSID_ONCE Scalar bounded_exp(Scalar x) {
   Scalar sum = Scalar(1);
   EHSID_UNROLL
   for (int n = kTerms; n >= 1; --n) {
-    sum = Scalar(1) + small * detail::kInverse<Scalar>[n] * sum;
+    sum = Scalar(1) + small * detail::Inverse<Scalar>::of[n] * sum;
   }
   EHSID_UNROLL
   for (int i = 0; i < kSquarings; ++i) {
@@ -56,7 +56,7 @@ EHSID_ONCE Scalar bounded_log(Scalar x) {
   const Scalar square = s * s;
   Scalar sum = Scalar(0);
   for (int n = kTerms; n >= 0; --n) {
-    sum = sum * square + detail::kInverse<Scalar>[2 * n + 1];
+    sum = sum * square + detail::Inverse<Scalar>::of[2 * n + 1];
   }
   return Scalar(2) * sum * s + static_cast<Scalar>(exponent) * Scalar(0.69314718055994530942);
 }

@@ -173,7 +173,7 @@ template <class Type>
 inline constexpr std::size_t kStructs = 0;
 template <class Struct, std::size_t kCount>
 inline constexpr std::size_t kStructs<std::array<Struct, kCount>> =
-    std::is_arithmetic_v<Struct> ? 0 : kCount;
+    std::is_arithmetic<Struct>::value ? 0 : kCount;
 
 /// visit(member, number of values in use ...) for each field; for none where a policy has nothing but settings.
 template <class Owner, class Visit>

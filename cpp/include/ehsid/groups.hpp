@@ -25,9 +25,9 @@ namespace ehsid {
 
 /// Numbers in a full group: 4 floats, 2 doubles; 1 of any other type, and where the processor has no vectors, as a Cortex-M.
 template <class Scalar>
-constexpr int kGroup =
-    EHSID_VECTORS == 1 && std::is_floating_point_v<Scalar> ? static_cast<int>(16 / sizeof(Scalar))
-                                                           : 1;
+constexpr int kGroup = EHSID_VECTORS == 1 && std::is_floating_point<Scalar>::value
+                           ? static_cast<int>(16 / sizeof(Scalar))
+                           : 1;
 
 /// Numbers begin .. begin + kWidth - 1 of an array. Values holds them and has the operators of Scalar.
 template <class Scalar, int kWidth>

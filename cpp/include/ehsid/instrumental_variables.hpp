@@ -108,8 +108,8 @@ class InstrumentalVariables {
   using Options = GradientOptions<Scalar>;
   using State = InstrumentalState<Scalar, kNa, kN, Forgetting>;
 
-  explicit InstrumentalVariables(const Forgetting& forgetting = Forgetting{},
-                                 const Options& options = Options{}) {
+  InstrumentalVariables() : InstrumentalVariables(Forgetting{}) {}
+  explicit InstrumentalVariables(const Forgetting& forgetting, const Options& options = Options{}) {
     if (configure(forgetting, options) != Status::ok) {
       static_cast<void>(configure(Forgetting{}, Options{}));
     }

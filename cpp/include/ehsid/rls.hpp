@@ -86,7 +86,8 @@ class Rls {
 
   /// theta = 0, P0 = kDefaultVariance I. An invalid policy or option is replaced by its default; use
   /// start() and configure() where the status matters.
-  explicit Rls(const Forgetting& forgetting = Forgetting{}, const Options& options = Options{}) {
+  Rls() : Rls(Forgetting{}) {}
+  explicit Rls(const Forgetting& forgetting, const Options& options = Options{}) {
     if (configure(forgetting, options) != Status::ok) {
       static_cast<void>(configure(Forgetting{}, Options{}));
     }

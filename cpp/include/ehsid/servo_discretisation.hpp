@@ -104,14 +104,15 @@ ServoStep<Scalar> short_servo_step(const MultipleOfV<Scalar>& v, const MultipleO
   ServoStep<Scalar> sum{term, Scalar(1) / Scalar(2) * term, Scalar(1) / Scalar(6) * term};
   for (int n = 2; n <= kServoSeriesTerms<Scalar>; ++n) {
     // e_n = -(v e_(n-1) + y e_(n-2) / (n-1)) / n
-    const Number next = -kInverse<Scalar>[n] * (v * term + kInverse<Scalar>[n - 1] * (y * before));
+    const Number next =
+        -Inverse<Scalar>::of[n] * (v * term + Inverse<Scalar>::of[n - 1] * (y * before));
     before = term;
     term = next;
     // w = y times the integral of e, S = integral of w
-    const Scalar once = kInverse<Scalar>[n + 1];
+    const Scalar once = Inverse<Scalar>::of[n + 1];
     sum.e = sum.e + term;
     sum.w = sum.w + once * term;
-    sum.s = sum.s + once * kInverse<Scalar>[n + 2] * term;
+    sum.s = sum.s + once * Inverse<Scalar>::of[n + 2] * term;
   }
   return {sum.e, y * sum.w, y * sum.s};
 }
@@ -121,7 +122,7 @@ template <class Scalar>
 Sensitive<Scalar> short_exponential(const MultipleOfV<Scalar>& v) {
   Sensitive<Scalar> sum{Scalar(1)};
   for (int n = kServoSeriesTerms<Scalar>; n >= 1; --n) {
-    const Scalar inverse = kInverse<Scalar>[n];
+    const Scalar inverse = Inverse<Scalar>::of[n];
     sum = Scalar(1) - MultipleOfV<Scalar>{inverse * v.value, inverse * v.by_v} * sum;
   }
   return sum;

@@ -49,11 +49,14 @@ namespace ehsid {
 namespace detail {
 /// 1 / n for n >= 1: series need no division, which takes a Cortex-M4F as long as 14 other instructions.
 template <class Scalar>
-inline constexpr Scalar kInverse[] = {
-    Scalar(0),      Scalar(1),      Scalar(1) / 2,  Scalar(1) / 3,  Scalar(1) / 4,  Scalar(1) / 5,
-    Scalar(1) / 6,  Scalar(1) / 7,  Scalar(1) / 8,  Scalar(1) / 9,  Scalar(1) / 10, Scalar(1) / 11,
-    Scalar(1) / 12, Scalar(1) / 13, Scalar(1) / 14, Scalar(1) / 15, Scalar(1) / 16, Scalar(1) / 17,
-    Scalar(1) / 18, Scalar(1) / 19, Scalar(1) / 20, Scalar(1) / 21, Scalar(1) / 22, Scalar(1) / 23};
+struct Inverse {
+  static constexpr Scalar of[] = {Scalar(0),      Scalar(1),      Scalar(1) / 2,  Scalar(1) / 3,
+                                  Scalar(1) / 4,  Scalar(1) / 5,  Scalar(1) / 6,  Scalar(1) / 7,
+                                  Scalar(1) / 8,  Scalar(1) / 9,  Scalar(1) / 10, Scalar(1) / 11,
+                                  Scalar(1) / 12, Scalar(1) / 13, Scalar(1) / 14, Scalar(1) / 15,
+                                  Scalar(1) / 16, Scalar(1) / 17, Scalar(1) / 18, Scalar(1) / 19,
+                                  Scalar(1) / 20, Scalar(1) / 21, Scalar(1) / 22, Scalar(1) / 23};
+};
 }  // namespace detail
 
 /// A size kN that is chosen at run time, at most `most`: UdFactors<float, up_to(13)>. Firmware gives kN itself.
@@ -109,7 +112,7 @@ struct Whitenesses;
 }  // namespace bank
 
 /// Outcome of a call. Nothing throws; an error leaves the estimate bit for bit as it was.
-enum class Status : std::uint8_t {
+enum class [[nodiscard]] Status : std::uint8_t {
   ok = 0,                // step taken, estimate updated
   filling = 1,           // not enough past samples yet; nothing estimated
   no_information = 2,    // sample carries no information: estimate and covariance kept on purpose
