@@ -7,6 +7,11 @@ arm-none-eabi-g++, qemu-system-arm and Eigen; takes some minutes. `--json` print
 
 Instructions: QEMU with -icount shift=5 gives each instruction 32 ns, SysTick counts 40 ns, so a
 tick is 1.25 instructions. A form of 1000 known instructions checks this before anything is written.
+
+Divisions: QEMU logs each execution of an address at which objdump finds VDIV or VSQRT, of which a
+Cortex-M4F takes 14 cycles (ARM 100166_0001, Table 7-1). The program runs with 400 and with 200
+samples, each twice; the difference is that of 400 updates. One that is skipped by its condition
+counts, too.
 """
 
 from __future__ import annotations
@@ -29,6 +34,7 @@ COUNTS = range(2, 11)
 LEVELS = ("2", "s")
 WHOLE = tuple(f"whole_{form}" for form in (*POLICIES, *METHODS, *SERVO))
 INSTRUCTIONS_PER_TICK = 40.0 / 32.0
+SAMPLES = (400, 200)
 FLAGS = [
     *("-mthumb", "-mfloat-abi=hard", "-std=c++17"),
     *("-DNDEBUG", "-fno-exceptions", "-fno-rtti", "-fno-threadsafe-statics", "-fno-math-errno"),
@@ -59,6 +65,7 @@ class Figures:
     level: str
     instructions: float  # mean of an update
     instructions_most: float
+    divisions: float  # and square roots, mean of an update
     flash: int
     ram: int
     stack: int  # painted
@@ -85,7 +92,13 @@ def eigen() -> Path:
 
 
 def compile_source(
-    source: Path, to: Path, parameters: int, level: str, form: str, target: Target
+    source: Path,
+    to: Path,
+    parameters: int,
+    level: str,
+    form: str,
+    target: Target,
+    samples: int = SAMPLES[0],
 ) -> Path:
     """An object, and its call graph with stack beside it (.ci)."""
     includes = [ROOT / "cpp" / "include", ROOT / "examples" / "firmware", ROOT / "tests/firmware"]
@@ -95,6 +108,7 @@ def compile_source(
         f"-O{level}",
         f"-DEHSID_N={parameters}",
         f"-DEHSID_FORM={form}",
+        f"-DEHSID_SAMPLES={samples}",
         "-c",
         source,
         "-o",
@@ -118,14 +132,38 @@ def link(objects: list[Path], to: Path, target: Target) -> Path:
     return to
 
 
-def emulate(image: Path, target: Target) -> dict[str, int]:
+def emulate(image: Path, target: Target, *more: str | Path) -> dict[str, int]:
     """What the program prints."""
     machine = ["-machine", target.machine, "-icount", "shift=5", "-display", "none"]
     line: list[str | Path] = ["-monitor", "none", "-serial", "stdio", "-kernel", image]
     text = run(
-        ["qemu-system-arm", *machine, "-semihosting-config", "enable=on,target=native", *line]
+        [
+            "qemu-system-arm",
+            *machine,
+            "-semihosting-config",
+            "enable=on,target=native",
+            *line,
+            *more,
+        ]
     )
     return {name: int(value) for name, value in re.findall(r"(\w+) (\d+)", text)}
+
+
+def divided(image: Path, target: Target) -> int:
+    """Divisions and square roots of a whole run, but for those of the program that measures."""
+    function, places = "", []
+    for line in run(["arm-none-eabi-objdump", "-d", image]).splitlines():
+        if begin := re.match(r"[0-9a-f]+ <(.+)>:", line):
+            function = begin[1]
+        if (found := re.match(r" +([0-9a-f]+):.*\tv(?:div|sqrt)", line)) and function != "main":
+            places.append(f"0x{found[1]}+2")
+    if not places:
+        return 0
+    log = image.with_suffix(".log")
+    each = ("-singlestep", "-d", "exec,nochain", "-dfilter", ",".join(places), "-D", log)
+    emulate(image, target, *each)
+    with log.open() as lines:
+        return sum(1 for _ in lines)
 
 
 def sizes(image: Path) -> tuple[int, int]:
@@ -160,12 +198,29 @@ def measure(folder: Path, parameters: int, level: str, target: Target) -> list[F
         to = folder / f"{source.stem}_{form}.o"
         return compile_source(source, to, parameters, level, form, target)
 
-    parts = (PROGRAM / "main.cpp", PORT / "start_up.cpp", PORT / "board.cpp")
-    common = [compiled(source, "nothing") for source in parts]
+    port = [compiled(PORT / name, "nothing") for name in ("start_up.cpp", "board.cpp")]
+    program = {
+        samples: compile_source(
+            PROGRAM / "main.cpp",
+            folder / f"main_{samples}.o",
+            parameters,
+            level,
+            "nothing",
+            target,
+            samples,
+        )
+        for samples in SAMPLES
+    }
 
     def image(form: str) -> Path:
         own = compiled(PROGRAM / "forms.cpp", form)
-        return link([own, *common], folder / f"{form}.elf", target)
+        return link([own, program[SAMPLES[0]], *port], folder / f"{form}.elf", target)
+
+    def divisions(form: str, whole: Path) -> float:
+        own = folder / f"forms_{form}.o"
+        half = link([own, program[SAMPLES[1]], *port], folder / f"{form}_half.elf", target)
+        updates = 2 * (SAMPLES[0] - SAMPLES[1])
+        return (divided(whole, target) - divided(half, target)) / updates
 
     empty_image = image("nothing")
     empty = emulate(empty_image, target)
@@ -190,6 +245,7 @@ def measure(folder: Path, parameters: int, level: str, target: Target) -> list[F
                 level,
                 INSTRUCTIONS_PER_TICK * (made["ticks"] / made["updates"] - call),
                 INSTRUCTIONS_PER_TICK * (made["most"] - call),
+                divisions(form, linked),
                 own_flash - flash,
                 own_ram - ram + made["bytes"],
                 made["stack"],

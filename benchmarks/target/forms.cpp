@@ -18,13 +18,13 @@ using budget::kN;
 using Vector = ehsid::Vector<float, kN>;
 using Matrix = ehsid::SquareMatrix<float, kN>;
 
-template <class Forgetting>
-struct Recursion : ehsid::Rls<float, kN, Forgetting> {
+template <class Forgetting, class Parts = ehsid::AllParts>
+struct Recursion : ehsid::Rls<float, kN, Forgetting, Parts> {
   int update_with(const Input& input) { return static_cast<int>(this->update(input.phi, input.y)); }
 };
 
-template <class Forgetting>
-struct Whole : ehsid::ArxEstimator<float, 3, 3, 1, Forgetting> {
+template <class Forgetting, class Estimator = ehsid::ArxEstimator<float, 3, 3, 1, Forgetting>>
+struct Whole : Estimator {
   int update_with(const Input& input) {
     return static_cast<int>(this->step(input.command, input.position));
   }
@@ -114,6 +114,8 @@ using grouped = Grouped;
   using policy = Recursion<ehsid::PolicyAt<ehsid::place_of_policy(#policy), float>>; \
   using whole_##policy = Whole<ehsid::PolicyAt<ehsid::place_of_policy(#policy), float>>;
 EHSID_EACH_POLICY(EHSID_FORMS_OF)
+using whole_small = Whole<void, ehsid::SmallArxEstimator<float, 3, 3, 1>>;
+using small = Recursion<ehsid::Constant<float>, ehsid::NoParts>;
 using whole_riv = Settled<ehsid::InstrumentalArxEstimator<float, 3, 3, 1>>;
 using whole_servo = Servo;
 using whole_servo_start = ServoStart;

@@ -9,7 +9,10 @@
 
 namespace {
 
-constexpr int kSamples = 400;  // four times the longest window of a policy
+#ifndef EHSID_SAMPLES
+#define EHSID_SAMPLES 400  // four times the longest window of a policy
+#endif
+constexpr int kSamples = EHSID_SAMPLES;
 constexpr std::uint32_t kPaint = 0xA5C3965AU;
 constexpr int kPainted = 1024;  // words
 

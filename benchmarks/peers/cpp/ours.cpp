@@ -25,10 +25,10 @@ Policy policy_with(double lambda) {
   return policy;
 }
 
-template <class Scalar, class Policy>
+template <class Scalar, class Policy, class Parts = ehsid::AllParts>
 struct Recursion {
   static constexpr bool kMakesRegressor = false;
-  using Rls = ehsid::Rls<Scalar, kN, Policy>;
+  using Rls = ehsid::Rls<Scalar, kN, Policy, Parts>;
   struct Input {
     typename Rls::Regressor phi;
     Scalar y;
@@ -59,11 +59,11 @@ struct Recursion {
 };
 
 /// Makes its regressor itself, with kNa past positions and kNb past commands, and keeps a reset and two monitors.
-template <class Scalar, class Policy>
+template <class Scalar, class Policy, class Parts = ehsid::AllParts>
 struct Whole {
   static constexpr bool kMakesRegressor = true;
   static constexpr int kNa = kN / 2;
-  using Estimator = ehsid::ArxEstimator<Scalar, kNa, kN - kNa, 1, Policy>;
+  using Estimator = ehsid::SmallArxEstimator<Scalar, kNa, kN - kNa, 1, Policy, Parts>;
   struct Input {
     Scalar command;
     Scalar position;
@@ -99,8 +99,12 @@ void add_both(peers::Entries& entries) {
     const std::string name = std::string("Rls, ") + Policy::kInfo.type;
     peers::add<Recursion<Scalar, Policy>>(entries, name.c_str(), scalar, true);
   });
-  peers::add<Whole<Scalar, ehsid::Constant<Scalar>>>(entries, "ArxEstimator::step, Constant",
-                                                     scalar, true);
+  using Constant = ehsid::Constant<Scalar>;
+  peers::add<Recursion<Scalar, Constant, ehsid::NoParts>>(entries, "Rls, Constant, no parts",
+                                                          scalar, true);
+  peers::add<Whole<Scalar, Constant, ehsid::NoParts>>(entries, "SmallArxEstimator::step", scalar,
+                                                      true);
+  peers::add<Whole<Scalar, Constant>>(entries, "ArxEstimator::step, Constant", scalar, true);
   peers::add<Whole<Scalar, ehsid::FRatio<Scalar>>>(entries, "ArxEstimator::step, FRatio", scalar,
                                                    true);
 }

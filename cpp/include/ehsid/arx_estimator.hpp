@@ -5,6 +5,7 @@
 #include <ehsid/arx.hpp>
 #include <ehsid/forgetting.hpp>
 #include <ehsid/monitor.hpp>
+#include <ehsid/parts.hpp>
 #include <ehsid/reset.hpp>
 #include <ehsid/rls.hpp>
 #include <ehsid/scaling.hpp>
@@ -12,6 +13,7 @@
 #include <ehsid/whiteness.hpp>
 
 #include <array>
+#include <type_traits>
 
 namespace ehsid {
 
@@ -32,17 +34,20 @@ struct EstimatorOptions {
   /// Largest plausible |scaled command| or |scaled position|: beyond it a sample is refused.
   Scalar input_limit = Scalar(1e4);
 
-  /// All but theta0 and variance0, which the recursion checks.
+  /// All but theta0 and variance0, which the recursion checks, and those of parts that are left out.
+  template <class Parts = AllParts>
   bool valid() const {
-    return scaling.valid() && forgetting.valid() && rls.valid() && reset.valid() &&
-           convergence.valid() && is_finite(input_limit) && input_limit > Scalar(0);
+    return scaling.valid() && forgetting.valid() && rls.valid() &&
+           (!Parts::kReset || reset.valid()) && (!Parts::kConvergence || convergence.valid()) &&
+           is_finite(input_limit) && input_limit > Scalar(0);
   }
 };
 
 /// Online identification of a model whose regressor is made from commands and positions.
 ///
 /// Model: Arx<...>, or a class with the same members. Forgetting: see forgetting.hpp. Recursion: Rls, or
-/// InstrumentalVariables for a noisy position sensor.
+/// InstrumentalVariables for a noisy position sensor. The estimator has the parts of its recursion, see parts.hpp; options
+/// of a part that is left out are not read.
 template <class Model_, class Forgetting_,
           class Recursion_ = Rls<typename Model_::Scalar, Model_::kN, Forgetting_>>
 class OnlineEstimator {
@@ -52,9 +57,15 @@ class OnlineEstimator {
   using Scalar = typename Model::Scalar;
   static constexpr int kN = Model::kN;
   using Recursion = Recursion_;
+  using Parts = typename Recursion::Parts;
   using Options = EstimatorOptions<Scalar, kN, Forgetting, typename Recursion::Options>;
   using Parameters = Vector<Scalar, kN>;
   using Covariance = SquareMatrix<Scalar, kN>;
+  using Reset = std::conditional_t<Parts::kReset, RmseReset<Scalar>, NoMonitor>;
+  using Convergence =
+      std::conditional_t<Parts::kConvergence, ConvergenceMonitor<Scalar>, NoMonitor>;
+  using Whiteness = std::conditional_t<Parts::kWhiteness, WhitenessMonitor<Scalar>, NoMonitor>;
+  static_assert(Parts::kStart || !Parts::kReset, "a reset needs the start values: kStart");
 
   /// What a snapshot holds behind its header, in this order. A copy of an estimator's state, so that settings of the
   /// policy and sizes, which are not saved, are there before the rest is read.
@@ -62,9 +73,9 @@ class OnlineEstimator {
     std::uint8_t enabled;
     typename Recursion::State recursion;
     typename Model::State history;
-    typename RmseReset<Scalar>::State reset;
-    typename ConvergenceMonitor<Scalar>::State convergence;
-    typename WhitenessMonitor<Scalar>::State whiteness;
+    typename Reset::State reset;
+    typename Convergence::State convergence;
+    typename Whiteness::State whiteness;
 
     template <class Visit>
     EHSID_ALWAYS_INLINE static constexpr void fields(Visit visit) {
@@ -92,7 +103,7 @@ class OnlineEstimator {
 
   /// Takes the options over and starts anew from them. invalid_argument leaves everything as it was.
   Status configure(const Options& options) {
-    if (!options.valid() || options.theta0.size() != model_.size()) {
+    if (!options.template valid<Parts>() || options.theta0.size() != model_.size()) {
       return Status::invalid_argument;
     }
     if (start(scaled(options.theta0, options.scaling), options.variance0) != Status::ok) {
@@ -100,8 +111,12 @@ class OnlineEstimator {
     }
     // Their options have been checked: these cannot refuse.
     static_cast<void>(recursion_.configure(options.forgetting, options.rls));
-    static_cast<void>(reset_.configure(options.reset));
-    static_cast<void>(monitor_.configure(options.convergence));
+    if constexpr (Parts::kReset) {
+      static_cast<void>(reset_.configure(options.reset));
+    }
+    if constexpr (Parts::kConvergence) {
+      static_cast<void>(monitor_.configure(options.convergence));
+    }
     scaling_ = options.scaling;
     input_limit_ = options.input_limit;
     reset_enabled_ = options.reset_enabled;
@@ -124,7 +139,9 @@ class OnlineEstimator {
     if (recursion_.seed(scaled(theta, scaling_), factors, scaled_variance) != Status::ok) {
       return Status::invalid_argument;
     }
-    reset_.restart(scaled_variance);
+    if constexpr (Parts::kReset) {
+      reset_.restart(scaled_variance);
+    }
     monitor_.restart();
     forget_samples();
     whiteness_.restart();
@@ -190,7 +207,7 @@ class OnlineEstimator {
   /// not white theta is biased, and the true value may lie further away.
   Parameters standard_deviation() const {
     Parameters deviation = recursion_.standard_deviation();
-    const Scalar inflation = whiteness_.inflation();
+    const Scalar inflation = inflated();
     for (int i = 0; i < model_.size(); ++i) {
       deviation[i] = bounded_product(deviation[i], inflation);
     }
@@ -201,7 +218,7 @@ class OnlineEstimator {
   /// times the square of whiteness().inflation(), so that what is made of it knows of the residuals, too.
   Covariance covariance() const {
     Covariance p = recursion_.P();
-    const Scalar inflation = whiteness_.inflation();
+    const Scalar inflation = inflated();
     const Scalar variance = bounded_product(recursion_.parameter_variance(), inflation * inflation);
     for (int i = 0; i < model_.size(); ++i) {
       for (int j = 0; j < model_.size(); ++j) {
@@ -240,18 +257,24 @@ class OnlineEstimator {
   }
   /// Every deviation of white residuals is inside the tolerance; where the residuals are not white theta may be further
   /// off. See monitor().
-  bool settled() const { return monitor_.converged(); }
+  bool settled() const {
+    static_assert(Parts::kConvergence, "settled() needs kConvergence among the parts");
+    return monitor_.converged();
+  }
   /// Settled, and enough samples say that the residuals are white, so that the deviations hold. See whiteness().
-  bool converged() const { return settled() && whiteness_.enough() && whiteness_.white(); }
+  bool converged() const {
+    static_assert(Parts::kWhiteness, "converged() needs kWhiteness among the parts");
+    return settled() && whiteness_.enough() && whiteness_.white();
+  }
 
   /// Number of parameters.
   int size() const { return model_.size(); }
 
   const Model& model() const { return model_; }
   const Recursion& recursion() const { return recursion_; }
-  const RmseReset<Scalar>& change_detector() const { return reset_; }
-  const ConvergenceMonitor<Scalar>& monitor() const { return monitor_; }
-  const WhitenessMonitor<Scalar>& whiteness() const { return whiteness_; }
+  const Reset& change_detector() const { return reset_; }
+  const Convergence& monitor() const { return monitor_; }
+  const Whiteness& whiteness() const { return whiteness_; }
   const Scaling<Scalar>& scaling() const { return scaling_; }
 
   /// Bytes that save() writes and restore() expects.
@@ -308,11 +331,13 @@ class OnlineEstimator {
       whiteness_.skipped(leaving);
       return status;
     }
-    if (status == Status::reset) {  // the recursion has begun anew by itself
-      reset_.raise();
-      monitor_.restart();
-      whiteness_.restart();
-      return status;
+    if constexpr (Recursion::kFollowsModel) {
+      if (status == Status::reset) {  // the recursion has begun anew by itself
+        reset_.raise();
+        monitor_.restart();
+        whiteness_.restart();
+        return status;
+      }
     }
     if (status != Status::ok) {
       whiteness_.interrupted();
@@ -324,11 +349,21 @@ class OnlineEstimator {
       if (recursion_.settled()) {
         whiteness_.updated(recursion_.judged(), leaving, Recursion::kOwnColour);
       }
+      return status;
     } else {
       monitor_.updated(recursion_);
       whiteness_.updated(recursion_, leaving);
-      const bool moved =
-          whiteness_.moved_far(recursion_, dot(size(), phi, recursion_.state().gain));
+      return watch(phi);
+    }
+  }
+
+  /// After a step that was kept: has the plant changed?
+  Status watch(const Parameters& phi) {
+    bool moved = false;
+    if constexpr (Parts::kWhiteness) {
+      moved = whiteness_.moved_far(recursion_, dot(size(), phi, recursion_.state().gain));
+    }
+    if constexpr (Parts::kReset) {
       if (reset_enabled_ && reset_.update(recursion_.normalised_square(), keeps())) {
         // The noise as it was before the change, not as its errors make it look.
         recursion_.reset(reset_.long_rmse() * reset_.long_rmse());
@@ -340,7 +375,7 @@ class OnlineEstimator {
         reset_.suspect();
       }
     }
-    return status;
+    return Status::ok;
   }
 
   /// Does theta keep for long what it has learned, whatever the errors?
@@ -357,6 +392,15 @@ class OnlineEstimator {
       return recursion_.start(theta0, variance0, model_.na());
     } else {
       return recursion_.start(theta0, variance0);
+    }
+  }
+
+  /// Factor of the deviations where the residuals are not white.
+  Scalar inflated() const {
+    if constexpr (Parts::kWhiteness) {
+      return whiteness_.inflation();
+    } else {
+      return Scalar(1);
     }
   }
 
@@ -390,12 +434,16 @@ class OnlineEstimator {
     ByteStream writer = ByteStream::writing(nullptr);
     recursion_.write_configuration(writer, of);
     stream_fields(writer, of, scaling_);
-    stream_fields(writer, of, monitor_.options());
+    if constexpr (Parts::kConvergence) {
+      stream_fields(writer, of, monitor_.options());
+    }
     const std::uint8_t enabled = reset_enabled_ ? 1 : 0;
     writer.values(&input_limit_, 1);
     writer.values(&enabled, 1);
-    if (reset_enabled_) {
-      stream_fields(writer, of, reset_.options());
+    if constexpr (Parts::kReset) {
+      if (reset_enabled_) {
+        stream_fields(writer, of, reset_.options());
+      }
     }
     return writer.checksum();
   }
@@ -408,10 +456,8 @@ class OnlineEstimator {
   /// Can an estimator with these options have this state? Then the numbers it reports are finite, too.
   bool possible(const Contents& found) const {
     return found.enabled <= 1 && recursion_.usable(found.recursion) &&
-           model_.usable(found.history) && plausible(found.history) &&
-           RmseReset<Scalar>::usable(found.reset) &&
-           ConvergenceMonitor<Scalar>::usable(found.convergence) &&
-           WhitenessMonitor<Scalar>::usable(found.whiteness);
+           model_.usable(found.history) && plausible(found.history) && Reset::usable(found.reset) &&
+           Convergence::usable(found.convergence) && Whiteness::usable(found.whiteness);
   }
 
   bool plausible(const typename Model::State& history) const {
@@ -447,9 +493,9 @@ class OnlineEstimator {
 
   Model model_{};
   Recursion recursion_{};
-  RmseReset<Scalar> reset_{};
-  ConvergenceMonitor<Scalar> monitor_{};
-  WhitenessMonitor<Scalar> whiteness_{};
+  Reset reset_{};
+  Convergence monitor_{};
+  Whiteness whiteness_{};
   Scaling<Scalar> scaling_{};
   Scalar input_limit_ = Scalar(1);
   bool reset_enabled_ = true;
@@ -460,5 +506,12 @@ class OnlineEstimator {
 template <class Scalar, int kNa, int kNb, int kNk, class Forgetting = FRatio<Scalar>,
           bool kOffset = false>
 using ArxEstimator = OnlineEstimator<Arx<Scalar, kNa, kNb, kNk, kOffset>, Forgetting>;
+
+/// The same with some parts only, see parts.hpp; with none it is the smallest estimator that is still guarded.
+template <class Scalar, int kNa, int kNb, int kNk, class Forgetting = Constant<Scalar>,
+          class Parts = NoParts, bool kOffset = false>
+using SmallArxEstimator =
+    OnlineEstimator<Arx<Scalar, kNa, kNb, kNk, kOffset>, Forgetting,
+                    Rls<Scalar, kNa + kNb + (kOffset ? 1 : 0), Forgetting, Parts>>;
 
 }  // namespace ehsid

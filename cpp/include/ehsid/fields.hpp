@@ -12,6 +12,7 @@
 #pragma once
 
 #include <ehsid/crc32.hpp>
+#include <ehsid/parts.hpp>
 #include <ehsid/types.hpp>
 
 #include <array>
@@ -190,18 +191,22 @@ EHSID_ALWAYS_INLINE constexpr void each_field(Visit visit) {
 /// the one that is checked.
 template <class Owner>
 constexpr bool lists_every_member() {
-  if constexpr (!std::is_standard_layout_v<Owner>) {
+  if constexpr (!std::is_standard_layout_v<Owner> || std::is_empty_v<Owner>) {
     return true;
   } else {
     std::size_t listed = 0;
-    each_field<Owner>(
-        [&](auto member, auto... /*in_use*/) { listed += sizeof(std::declval<Owner&>().*member); });
+    std::size_t paddings = 1;  // and one behind each part that is left out
+    each_field<Owner>([&](auto member, auto... /*in_use*/) {
+      using Member = std::remove_reference_t<decltype(std::declval<Owner&>().*member)>;
+      listed += sizeof(Member);
+      paddings += std::is_same_v<Member, Nothing> ? 1U : 0U;
+    });
     if constexpr (kHasSettings<Owner>) {
       Owner::settings([&](const auto& /*setting*/, auto member) {
         listed += sizeof(std::remove_reference_t<decltype(member(std::declval<Owner&>()))>);
       });
     }
-    return listed <= sizeof(Owner) && sizeof(Owner) - listed < alignof(Owner);
+    return listed <= sizeof(Owner) && sizeof(Owner) - listed < paddings * alignof(Owner);
   }
 }
 

@@ -106,6 +106,7 @@ class InstrumentalVariables {
   using Parameters = Vector<Scalar, kN>;
   using Covariance = SquareMatrix<Scalar, kN>;
   using Options = GradientOptions<Scalar>;
+  using Parts = AllParts;
   using State = InstrumentalState<Scalar, kNa, kN, Forgetting>;
 
   InstrumentalVariables() : InstrumentalVariables(Forgetting{}) {}

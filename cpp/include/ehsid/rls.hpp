@@ -14,20 +14,25 @@
 #include <ehsid/forgetting/evidence.hpp>
 #include <ehsid/groups.hpp>
 #include <ehsid/information_account.hpp>
+#include <ehsid/parts.hpp>
 #include <ehsid/rls_options.hpp>
 #include <ehsid/types.hpp>
 #include <ehsid/ud.hpp>
 
 #include <cmath>
 #include <limits>
+#include <type_traits>
 
 namespace ehsid {
 
 /// Everything the recursion changes. Plain data: copy it, store it, compare it.
-template <class Scalar, int kN, class Forgetting>
+template <class Scalar, int kN, class Forgetting, class Parts = AllParts>
 struct RlsState {
+  using Account = InformationAccount<Scalar, kN>;
+
   Array<Scalar, kN> theta;
-  Array<Scalar, kN> remainder;  // what rounding took off theta so far, below its last digit
+  // What rounding took off theta so far, below its last digit.
+  std::conditional_t<Parts::kCompensation, Array<Scalar, kN>, Nothing> remainder;
   UdFactors<Scalar, kN> factors;
   Forgetting forgetting;
   Array<Scalar, kN> gain;    // K(k) = P(k) phi(k) of the last kept step
@@ -39,7 +44,7 @@ struct RlsState {
   Scalar weight;             // weight of both in samples, at most kWeightLimit
   Scalar weight_square;      // sum of the squares of these weights, at most as much
   Scalar recent_square;      // the same over about the last 16 steps, skipped ones included
-  InformationAccount<Scalar, kN> account;
+  std::conditional_t<Parts::kInformation, Account, Nothing> account;
 
   template <class Visit>
   EHSID_ALWAYS_INLINE static constexpr void fields(Visit visit) {
@@ -62,9 +67,10 @@ struct RlsState {
 
 /// Recursive least squares with a forgetting policy and guards.
 ///
-/// Scalar: float or double. kN: number of parameters, >= 1, or up_to(most). Forgetting: see forgetting.hpp.
+/// Scalar: float or double. kN: number of parameters, >= 1, or up_to(most). Forgetting: see forgetting.hpp. Parts: see
+/// parts.hpp.
 /// update() is transactional: the whole step is computed, checked, and only then kept.
-template <class Scalar_, int kN_, class Forgetting_>
+template <class Scalar_, int kN_, class Forgetting_, class Parts_ = AllParts>
 class Rls {
  public:
   using Scalar = Scalar_;
@@ -72,7 +78,8 @@ class Rls {
   using Regressor = Vector<Scalar, kN_>;
   using Parameters = Vector<Scalar, kN_>;
   using Covariance = SquareMatrix<Scalar, kN_>;
-  using State = RlsState<Scalar, kN_, Forgetting>;
+  using Parts = Parts_;
+  using State = RlsState<Scalar, kN_, Forgetting, Parts>;
   using Options = RlsOptions<Scalar>;
 
   static constexpr int kN = kN_;
@@ -107,7 +114,7 @@ class Rls {
   }
 
   /// Number of parameters: kN, or where that is up_to(most) the size of the last start.
-  int size() const { return initial_factors_.size(); }
+  int size() const { return state_.factors.size(); }
 
   /// Starts from theta0, each is_squarable(), and P0 = diag(variances), variances > 0 in units of sigma^2. Each
   /// variance, n times it and the inverse of that must be normal numbers; invalid_argument, and nothing changed, otherwise.
@@ -134,11 +141,11 @@ class Rls {
         !is_squared(noise_variance)) {
       return Status::invalid_argument;
     }
-    reset(noise_variance);
+    begin_statistics(noise_variance);
     for (int i = 0; i < size(); ++i) {
       state_.theta[static_cast<std::size_t>(i)] = theta[i];
     }
-    state_.remainder.fill(Scalar(0));
+    clear_remainder();
     state_.factors = factors;
     return Status::ok;
   }
@@ -172,20 +179,16 @@ class Rls {
   /// The same with sigma^2 from elsewhere (is_variance()), where the last errors are those of a change. It counts
   /// as much as two samples: without it the first deviations after a reset would be zero and look certain.
   void reset(Scalar noise_variance) {
-    state_.factors = initial_factors_;
-    restart_statistics();
-    if (noise_variance > Scalar(0)) {
-      state_.weight = Scalar(size() + 2);
-      state_.weight_square = state_.weight;
-      state_.mean_square = noise_variance * Scalar(2) / Scalar(size() + 2);
-      state_.usual_square = state_.mean_square;
-    }
+    static_assert(Parts::kStart, "reset() needs the start values: have kStart among the parts");
+    state_.factors = initial_.factors;
+    begin_statistics(noise_variance);
   }
 
   /// lambda, P, theta and sigma^2 back to their start values.
   void reset_all() {
-    state_.theta = initial_theta_;
-    state_.remainder.fill(Scalar(0));
+    static_assert(Parts::kStart, "reset_all() needs the start values: have kStart among the parts");
+    state_.theta = initial_.theta;
+    clear_remainder();
     reset(Scalar(0));
   }
 
@@ -194,7 +197,13 @@ class Rls {
   Covariance P() const { return state_.factors.matrix(); }
   /// Did the samples of the last memory, up to the last kept one, bring too little about some parameter? Then nothing is
   /// forgotten, and after a while samples that tell nothing are left out.
-  bool starved() const { return state_.account.waits(); }
+  bool starved() const {
+    if constexpr (Parts::kInformation) {
+      return state_.account.waits();
+    } else {
+      return false;
+    }
+  }
   Regressor gain() const { return to_vector<kN>(size(), state_.gain); }
   Scalar innovation() const { return state_.innovation; }
   Scalar forgetting_factor() const { return state_.forgetting_factor; }
@@ -226,7 +235,7 @@ class Rls {
   }
 
   /// theta0, where reset_all() goes back to.
-  Parameters start_theta() const { return to_vector<kN>(size(), initial_theta_); }
+  Parameters start_theta() const { return to_vector<kN>(size(), initial_.theta); }
 
   const State& state() const { return state_; }
 
@@ -235,21 +244,24 @@ class Rls {
     write_layout<Forgetting>(writer, of);
     write_settings(writer, state_.forgetting);
     stream_fields(writer, of, options_);
-    stream_fields(writer, of, initial_factors_);
+    if constexpr (Parts::kStart) {
+      stream_fields(writer, of, initial_.factors);
+    } else {
+      writer.values(ceiling_weight_.data(), size());
+    }
   }
 
   /// May this saved state be taken over? Every number is one that a recursion can reach, or not far beyond it, so that
   /// what is made of them is finite, now and later.
   static bool usable(const State& saved) {
     const int n = saved.factors.size();
-    return saved.factors.usable() && all_squarable(n, saved.theta) &&
-           all_finite(n, saved.remainder) && saved.forgetting.valid() &&
-           all_finite(n, saved.gain) && is_finite(saved.innovation) &&
+    return saved.factors.usable() && all_squarable(n, saved.theta) && usable_remainder(saved) &&
+           saved.forgetting.valid() && all_finite(n, saved.gain) && is_finite(saved.innovation) &&
            is_forgetting_factor(saved.forgetting_factor) && is_squared(saved.square) &&
            is_variance(saved.mean_square) && is_variance(saved.usual_square) &&
            saved.weight >= Scalar(0) && saved.weight <= kWeightLimit &&
            saved.weight_square >= Scalar(0) && saved.weight_square <= saved.weight &&
-           is_variance(saved.recent_square) && saved.account.usable(n);
+           is_variance(saved.recent_square) && usable_account(saved);
   }
 
   /// Takes a saved state over. invalid_argument, and nothing changed, unless it is usable and of this size.
@@ -296,7 +308,7 @@ class Rls {
     Scalar recent;
     Scalar power;  // of the signals, scale of the errors
     bool frozen;   // nothing is forgotten
-    typename InformationAccount<Scalar, kN>::Waiting waiting;
+    typename State::Account::Waiting waiting;
   };
 
   /// What follows of a step, until it is kept.
@@ -304,7 +316,7 @@ class Rls {
     Array<Scalar, kN> gain;  // U' phi of judge(), K(k) = P(k) phi(k) of measure()
     UdFactors<Scalar, kN> factors;
     Array<Scalar, kN> theta;
-    Array<Scalar, kN> remainder;
+    decltype(State::remainder) remainder;
     Array<Scalar, kN> variances{};  // gcc does not see that measure() writes them all
     Scalar alpha;
   };
@@ -322,6 +334,22 @@ class Rls {
       // NaN or Inf at the input ends up here, too: in phi it makes s so, in y the square
       return is_finite(y) && all_finite(n, phi) ? Status::numerical_limit : Status::invalid_input;
     }
+    if constexpr (!Parts::kInformation) {
+      if (uninformative(s, false)) {
+        state_.innovation = innovation;
+        return Status::no_information;
+      }
+      return Status::ok;
+    } else {
+      return judge_information(phi, y, predicted, step);
+    }
+  }
+
+  /// Is some parameter starving, and is this a sample to leave out?
+  EHSID_ALWAYS_INLINE Status judge_information(const Regressor& phi, Scalar y, Scalar predicted,
+                                               Step& step) {
+    const int n = size();
+    const Scalar s = step.evidence.regressor_variance;
     step.recent = state_.recent_square + kRecentRate * (step.square - state_.recent_square);
     step.power = y * y + predicted * predicted;
     const bool starving = information_margin() > Scalar(0) && state_.account.starving(n);
@@ -329,7 +357,7 @@ class Rls {
     if (uninformative(s, step.frozen && state_.account.out_of_patience())) {
       const Scalar start = variance_at_start(phi);
       if (!overdue(step.recent, step.power, start)) {
-        state_.innovation = innovation;
+        state_.innovation = step.evidence.innovation;
         state_.recent_square = step.recent;
         state_.account.lose(size(), loss());
         lower_residual_variance(s, step.recent, step.power, start);
@@ -342,6 +370,12 @@ class Rls {
 
   /// Postpones the forgetting while too little comes in, and makes up for it afterwards.
   EHSID_ALWAYS_INLINE void forget(Step& step) const {
+    if constexpr (Parts::kInformation) {
+      wait(step);
+    }
+  }
+
+  EHSID_ALWAYS_INLINE void wait(Step& step) const {
     const bool changed = step.frozen || state_.account.waits();
     step.waiting = step.frozen ? state_.account.postpone(step.lambda, loss())
                                : state_.account.make_up(step.lambda);
@@ -365,14 +399,21 @@ class Rls {
     in_groups<Scalar>(count_of<kN>(size()), [&](const auto group) EHSID_INLINE_LAMBDA {
       const auto before = group.load(state_.theta.data());
       const auto k = group.gather(next.gain.data()) / alpha;
-      const auto increment = k * innovation + group.load(state_.remainder.data());
-      const auto after = before + increment;
-      const auto added = after - before;
-      const auto rounded = (before - (after - added)) + (increment - added);
-      good = group.usable(after, rounded, group.gather(next.factors.d.data())) && good;
+      const auto d = group.gather(next.factors.d.data());
+      if constexpr (Parts::kCompensation) {
+        const auto increment = k * innovation + group.load(state_.remainder.data());
+        const auto after = before + increment;
+        const auto added = after - before;
+        const auto rounded = (before - (after - added)) + (increment - added);
+        good = group.usable(after, rounded, d) && good;
+        group.store(after, next.theta.data());
+        group.store(rounded, next.remainder.data());
+      } else {
+        const auto after = before + k * innovation;
+        good = group.usable(after, after, d) && good;
+        group.store(after, next.theta.data());
+      }
       group.scatter(k, next.gain.data());
-      group.store(after, next.theta.data());
-      group.store(rounded, next.remainder.data());
     });
     return good;
   }
@@ -381,15 +422,19 @@ class Rls {
     const int n = size();
     const Scalar shrink = step.lambda.before * step.lambda.after;
     keep_numbers<kN>(n, next.theta, state_.theta);
-    keep_numbers<kN>(n, next.remainder, state_.remainder);
+    if constexpr (Parts::kCompensation) {
+      keep_numbers<kN>(n, next.remainder, state_.remainder);
+    }
     state_.factors.keep(next.factors);
     keep_numbers<kN>(n, next.gain, state_.gain);
     state_.innovation = step.evidence.innovation;
     state_.forgetting_factor = shrink;
     state_.square = step.square;
-    state_.recent_square = step.recent;
-    state_.account.waiting = step.waiting;
-    gain_information(next.variances, next.alpha, shrink);
+    if constexpr (Parts::kInformation) {
+      state_.recent_square = step.recent;
+      state_.account.waiting = step.waiting;
+      gain_information(next.variances, next.alpha, shrink);
+    }
     state_.forgetting.accept(step.evidence);
     accumulate(step.square, step.lambda, step.power);
   }
@@ -418,12 +463,49 @@ class Rls {
       return Status::invalid_argument;
     }
     for (int i = 0; i < n; ++i) {
-      initial_theta_[static_cast<std::size_t>(i)] = theta0[i];
+      state_.theta[static_cast<std::size_t>(i)] = theta0[i];
     }
+    state_.factors = factors;
     ceiling_weight_ = weights;
-    initial_factors_ = factors;
-    reset_all();
+    clear_remainder();
+    begin_statistics(Scalar(0));
+    if constexpr (Parts::kStart) {
+      initial_ = {state_.theta, factors};
+    }
     return Status::ok;
+  }
+
+  /// As after no sample, but for sigma^2 where it is known.
+  void begin_statistics(Scalar noise_variance) {
+    restart_statistics();
+    if (noise_variance > Scalar(0)) {
+      state_.weight = Scalar(size() + 2);
+      state_.weight_square = state_.weight;
+      state_.mean_square = noise_variance * Scalar(2) / Scalar(size() + 2);
+      state_.usual_square = state_.mean_square;
+    }
+  }
+
+  void clear_remainder() {
+    if constexpr (Parts::kCompensation) {
+      state_.remainder.fill(Scalar(0));
+    }
+  }
+
+  static bool usable_remainder(const State& saved) {
+    if constexpr (Parts::kCompensation) {
+      return all_finite(saved.factors.size(), saved.remainder);
+    } else {
+      return true;
+    }
+  }
+
+  static bool usable_account(const State& saved) {
+    if constexpr (Parts::kInformation) {
+      return saved.account.usable(saved.factors.size());
+    } else {
+      return true;
+    }
   }
 
   void restart_statistics() {
@@ -437,7 +519,9 @@ class Rls {
     state_.weight = Scalar(0);
     state_.weight_square = Scalar(0);
     state_.recent_square = Scalar(0);
-    state_.account.restart();
+    if constexpr (Parts::kInformation) {
+      state_.account.restart();
+    }
   }
 
   /// sum(w^2) / sum(w) of the weights; 1 before any sample.
@@ -571,11 +655,7 @@ class Rls {
     return is_finite(mean);
   }
 
-  /// Recursion of the weighted residual sum of squares, as a mean so that it cannot overflow.
-  void accumulate(Scalar square, const ForgettingFactors<Scalar>& lambda, Scalar power) {
-    const Scalar samples = lambda.before * state_.weight + Scalar(1);
-    const Scalar share = Scalar(1) / samples;
-    state_.mean_square += (square - state_.mean_square) * share;
+  EHSID_ALWAYS_INLINE void raise_usual_square(Scalar square, Scalar share, Scalar power) {
     Scalar rise = (square - state_.usual_square) * share;
     if (state_.weight > Scalar(size() + 1)) {
       const Scalar outlier = kMostSquare * share;
@@ -584,6 +664,16 @@ class Rls {
       rise = rise < most ? rise : most;
     }
     state_.usual_square += rise;
+  }
+
+  /// Recursion of the weighted residual sum of squares, as a mean so that it cannot overflow.
+  void accumulate(Scalar square, const ForgettingFactors<Scalar>& lambda, Scalar power) {
+    const Scalar samples = lambda.before * state_.weight + Scalar(1);
+    const Scalar share = Scalar(1) / samples;
+    state_.mean_square += (square - state_.mean_square) * share;
+    if constexpr (Parts::kInformation) {
+      raise_usual_square(square, share, power);
+    }
     const Scalar weight = lambda.after * samples;
     state_.weight = weight < kWeightLimit ? weight : kWeightLimit;
     const Scalar squares = lambda.before * lambda.before * state_.weight_square + Scalar(1);
@@ -594,8 +684,11 @@ class Rls {
 
   State state_{};
   Options options_{};
-  Array<Scalar, kN> initial_theta_{};
-  UdFactors<Scalar, kN> initial_factors_{};
+  struct Start {
+    Array<Scalar, kN> theta;
+    UdFactors<Scalar, kN> factors;
+  };
+  std::conditional_t<Parts::kStart, Start, Nothing> initial_{};
   Array<Scalar, kN> ceiling_weight_{};
 };
 

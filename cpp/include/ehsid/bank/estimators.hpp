@@ -5,6 +5,9 @@
 #include <ehsid/arx_estimator.hpp>
 #include <ehsid/bank/monitors.hpp>
 #include <ehsid/bank/recursions.hpp>
+#include <ehsid/parts.hpp>
+
+#include <type_traits>
 
 namespace ehsid::bank {
 
@@ -30,6 +33,8 @@ class Estimators {
   using Recursion = typename Estimator::Recursion;
   static constexpr int kN = Estimator::kN;
   static constexpr int kWidth = V::kWidth;
+  static_assert(std::is_same_v<typename Estimator::Parts, AllParts>,
+                "a bank has estimators with all parts");
 
   /// Takes over settings and state of one estimator: of the same type, or of the same orders, chosen at run time.
   template <class One>

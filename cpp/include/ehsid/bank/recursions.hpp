@@ -55,7 +55,7 @@ class Recursions {
     margin_.set(lane, one.information_margin());
     given_margin_.set(lane, one.options_.information_margin);
     ceiling_.set(lane, one.options_.covariance_ceiling);
-    set_factors(initial_factors_, lane, one.initial_factors_);
+    set_factors(initial_factors_, lane, one.initial_.factors);
     set_array(ceiling_weight_, lane, one.ceiling_weight_);
   }
 
