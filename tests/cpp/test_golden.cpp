@@ -87,8 +87,9 @@ void expect_trace(const std::string& policy) {
   options.reset.long_window = 60.0F;
   options.reset.trigger_ratio = 8.0F;
   options.reset.cool_down = 20;
-  options.theta0 << -1.5F, 0.5F, 0.0F, 0.02F, 0.0F, 0.0F;
-  options.variance0 << 1e6F, 1e6F, 1e6F, 2.5e5F, 2.5e5F, 2.5e5F;
+  using Parameters = typename Estimator::Parameters;
+  options.theta0 = Parameters{-1.5F, 0.5F, 0.0F, 0.02F, 0.0F, 0.0F};
+  options.variance0 = Parameters{1e6F, 1e6F, 1e6F, 2.5e5F, 2.5e5F, 2.5e5F};
   Estimator estimator;
   ASSERT_EQ(estimator.configure(options), ehsid::Status::ok);
 

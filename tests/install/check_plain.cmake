@@ -61,6 +61,15 @@ components(cpp refused "apt install libeigen3-dev")
 components(cpp refused "-D Eigen3_DIR=FOLDER")
 components(cpp refused "The library for C needs no Eigen: find_package(ehsid CONFIG REQUIRED COMPONENTS c)")
 
+# Headers without Eigen, on a machine that has none; what needs it is refused.
+set(without ${work}/without)
+run(${CMAKE_COMMAND} -S ${SOURCE} -B ${without}/build ${tools} ${bare} -D EHSID_EIGEN=OFF)
+run(${CMAKE_COMMAND} --install ${without}/build --prefix ${without}/prefix)
+set(prefix ${without}/prefix)
+components(cpp done "without Eigen")
+says(refused "Leave EHSID_EIGEN ON to build the library for C" ${CMAKE_COMMAND} -S ${SOURCE} -B ${without}/c ${tools}
+     -D EHSID_EIGEN=OFF -D EHSID_BUILD_C=ON)
+
 # The sources with the .venv that script/demo makes, called from a shell that does not use it.
 set(clone ${work}/clone)
 file(COPY ${SOURCE}/CMakeLists.txt ${SOURCE}/cmake DESTINATION ${clone})

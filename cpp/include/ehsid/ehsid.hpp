@@ -13,7 +13,9 @@
 #include <ehsid/scaling.hpp>
 #include <ehsid/servo_bank.hpp>
 #include <ehsid/servo_estimator.hpp>
+#ifndef EHSID_WITHOUT_EIGEN
 #include <ehsid/servo_model.hpp>
+#endif
 #include <ehsid/types.hpp>
 #include <ehsid/ud.hpp>
 #include <ehsid/version.hpp>

@@ -245,8 +245,12 @@ template <class Scalar>
 Vector<Scalar, 6> servo_coefficients(Scalar one, Scalar q_at_one, Scalar q2, Scalar b1, Scalar b3,
                                      Scalar step) {
   Vector<Scalar, 6> theta;
-  theta << (q_at_one - Scalar(2) * one) - q2, (one - q_at_one) + Scalar(2) * q2, -q2, step * b1,
-      step * ((q_at_one - b1) - b3), step * b3;
+  theta[0] = (q_at_one - Scalar(2) * one) - q2;
+  theta[1] = (one - q_at_one) + Scalar(2) * q2;
+  theta[2] = -q2;
+  theta[3] = step * b1;
+  theta[4] = step * ((q_at_one - b1) - b3);
+  theta[5] = step * b3;
   return theta;
 }
 
@@ -260,7 +264,7 @@ Vector<Scalar, 6> servo_coefficients(Scalar one, Scalar q_at_one, Scalar q2, Sca
 /// ok.
 template <class Scalar>
 Status discretise(const ContinuousServo<Scalar>& servo, Scalar dt_s, Vector<Scalar, 6>& theta,
-                  Eigen::Matrix<Scalar, 6, 3>* derivatives = nullptr) {
+                  Matrix<Scalar, 6, 3>* derivatives = nullptr) {
   if (!is_finite(dt_s) || !is_finite(servo.gain) || !is_finite(servo.omega_n) ||
       !is_finite(servo.xi)) {
     return Status::invalid_input;
@@ -286,9 +290,12 @@ Status discretise(const ContinuousServo<Scalar>& servo, Scalar dt_s, Vector<Scal
         Scalar(0), unit.q_at_one.by_v, unit.q2.by_v, unit.b1.by_v, unit.b3.by_v, step);
     const Vector<Scalar, 6> by_y = detail::servo_coefficients(
         Scalar(0), unit.q_at_one.by_y, unit.q2.by_y, unit.b1.by_y, unit.b3.by_y, step);
-    derivatives->col(0) << Scalar(0), Scalar(0), Scalar(0), theta[3], theta[4], theta[5];
-    derivatives->col(1) = v * by_v + Scalar(2) * x * x * by_y;  // v ~ omega_n, y ~ omega_n^2
-    derivatives->col(2) = v * by_v;
+    for (int i = 0; i < 6; ++i) {
+      (*derivatives)(i, 0) = i < 3 ? Scalar(0) : theta[i];
+      (*derivatives)(i, 1) =
+          v * by_v[i] + Scalar(2) * x * x * by_y[i];  // v ~ omega_n, y ~ omega_n^2
+      (*derivatives)(i, 2) = v * by_v[i];
+    }
   }
   return Status::ok;
 }

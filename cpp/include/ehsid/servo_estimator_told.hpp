@@ -99,25 +99,36 @@ Status ServoEstimator<Scalar, kMaxDelay>::model(Vector<Real, 6>& theta,
   const ContinuousServo<Real> found{static_cast<Real>(told.gain.value),
                                     static_cast<Real>(told.omega_n.value),
                                     static_cast<Real>(told.xi.value)};
-  Eigen::Matrix<Real, 6, 3> jacobian;
+  Matrix<Real, 6, 3> jacobian;
   const Status status = discretise(found, static_cast<Real>(options_.dt_s), theta, &jacobian);
   if (is_error(status)) {
     return status;
   }
   // The deviations are those of servo(), their correlations those of the filter.
   const TrackedValue<Scalar>* const values[] = {&told.gain, &told.omega_n, &told.xi};
-  Eigen::Matrix<Real, 3, 3> parameters;
+  SquareMatrix<Real, 3> parameters;
   for (int i = 0; i < 3; ++i) {
     const TrackedValue<Scalar>& value = *values[i];
     const Scalar scale = value.half_width / (kHalfInterval * std::abs(value.value) *
                                              std::sqrt(filter_.covariance(3 + i, 3 + i)));
-    jacobian.col(i) *= static_cast<Real>(scale);
+    for (int row = 0; row < 6; ++row) {
+      jacobian(row, i) *= static_cast<Real>(scale);
+    }
     for (int j = 0; j < 3; ++j) {
       parameters(i, j) = static_cast<Real>(filter_.covariance(3 + i, 3 + j));
     }
   }
-  const Eigen::Matrix<Real, 6, 3> weighted = jacobian * parameters;
-  covariance.noalias() = weighted * jacobian.transpose();
+  for (int i = 0; i < 6; ++i) {
+    Real weighted[3];
+    for (int k = 0; k < 3; ++k) {
+      weighted[k] = jacobian(i, 0) * parameters(0, k) + jacobian(i, 1) * parameters(1, k) +
+                    jacobian(i, 2) * parameters(2, k);
+    }
+    for (int j = 0; j < 6; ++j) {
+      covariance(i, j) = weighted[0] * jacobian(j, 0) + weighted[1] * jacobian(j, 1) +
+                         weighted[2] * jacobian(j, 2);
+    }
+  }
   return Status::ok;
 }
 

@@ -2,7 +2,13 @@
 // Vocabulary shared by every estimator header: vectors, status codes, finiteness.
 #pragma once
 
+// A program that does not use Eigen defines EHSID_WITHOUT_EIGEN, the same in all its units. Then it has neither
+// identify_servo() nor sizes that are chosen at run time.
+#ifdef EHSID_WITHOUT_EIGEN
+#include <ehsid/plain_matrix.hpp>
+#else
 #include <Eigen/Core>
+#endif
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -72,8 +78,8 @@ constexpr int capacity(int size) { return size > 0 ? size : -size; }
 template <int kN, bool kFixed = (kN > 0)>
 struct Extent {
   static constexpr int size() { return kN; }
-  static constexpr bool accepts(Eigen::Index size) { return size == kN; }
-  static void resize(Eigen::Index /*size*/) {}
+  static constexpr bool accepts(std::ptrdiff_t size) { return size == kN; }
+  static void resize(std::ptrdiff_t /*size*/) {}
 };
 
 template <int kN>
@@ -81,8 +87,8 @@ struct Extent<kN, false> {
   std::int32_t chosen = capacity(kN);
 
   int size() const { return chosen; }
-  static bool accepts(Eigen::Index size) { return size >= 1 && size <= capacity(kN); }
-  void resize(Eigen::Index size) { chosen = static_cast<std::int32_t>(size); }
+  static bool accepts(std::ptrdiff_t size) { return size >= 1 && size <= capacity(kN); }
+  void resize(std::ptrdiff_t size) { chosen = static_cast<std::int32_t>(size); }
 };
 
 /// Plain array of kN numbers: what the state structs are made of, so that they can be copied as
@@ -90,16 +96,24 @@ struct Extent<kN, false> {
 template <class Scalar, int kN>
 using Array = std::array<Scalar, static_cast<std::size_t>(capacity(kN))>;
 
+#ifdef EHSID_WITHOUT_EIGEN
+template <class Scalar, int kRows, int kColumns>
+using Matrix = PlainMatrix<Scalar, kRows, kColumns>;
+#else
+/// Matrix, kRows by kColumns; a size below 0 is up_to(most).
+template <class Scalar, int kRows, int kColumns>
+using Matrix = Eigen::Matrix<Scalar, (kRows > 0 ? kRows : Eigen::Dynamic),
+                             (kColumns > 0 ? kColumns : Eigen::Dynamic), Eigen::ColMajor,
+                             capacity(kRows), capacity(kColumns)>;
+#endif
+
 /// Column vector of kN numbers.
 template <class Scalar, int kN>
-using Vector =
-    Eigen::Matrix<Scalar, (kN > 0 ? kN : Eigen::Dynamic), 1, Eigen::ColMajor, capacity(kN), 1>;
+using Vector = Matrix<Scalar, kN, 1>;
 
 /// Square matrix, kN by kN.
 template <class Scalar, int kN>
-using SquareMatrix =
-    Eigen::Matrix<Scalar, (kN > 0 ? kN : Eigen::Dynamic), (kN > 0 ? kN : Eigen::Dynamic),
-                  Eigen::ColMajor, capacity(kN), capacity(kN)>;
+using SquareMatrix = Matrix<Scalar, kN, kN>;
 
 // Many estimators at once, see bank/: the same equations with the same constants.
 namespace bank {
@@ -196,17 +210,24 @@ bool is_normal_positive(Scalar value) {
   return bits_of(value) - kLeast < Bits<Scalar>::kExponent - kLeast;
 }
 
-/// Entry i of a plain array or of an Eigen vector.
+/// Entry i of a plain array or of a vector.
 template <class Scalar, std::size_t kN>
 EHSID_ALWAYS_INLINE inline Scalar entry(const std::array<Scalar, kN>& values, int i) {
   return values[static_cast<std::size_t>(i)];
 }
 
+#ifdef EHSID_WITHOUT_EIGEN
+template <class Scalar, int kRows>
+EHSID_ALWAYS_INLINE inline Scalar entry(const Matrix<Scalar, kRows, 1>& values, int i) {
+  return values[i];
+}
+#else
 template <class Scalar, int kRows, int kOptions, int kCapacity>
 EHSID_ALWAYS_INLINE inline Scalar entry(
     const Eigen::Matrix<Scalar, kRows, 1, kOptions, kCapacity, 1>& values, int i) {
   return values[i];
 }
+#endif
 
 /// The first `count` entries finite?
 template <class Values>
@@ -246,17 +267,23 @@ EHSID_ALWAYS_INLINE inline void keep(int size, const Values& from, Values& to) {
   }
 }
 
+#ifndef EHSID_WITHOUT_EIGEN
 /// The plain array seen as an Eigen vector, without a copy.
 template <class Scalar, std::size_t kN>
 Eigen::Map<const Vector<Scalar, static_cast<int>(kN)>> as_vector(
     const std::array<Scalar, kN>& values) {
   return Eigen::Map<const Vector<Scalar, static_cast<int>(kN)>>(values.data());
 }
+#endif
 
 /// The first `size` entries of a plain array as a vector of size kN.
 template <int kN, class Scalar, std::size_t kCapacity>
 Vector<Scalar, kN> to_vector(int size, const std::array<Scalar, kCapacity>& values) {
-  return Eigen::Map<const Vector<Scalar, kN>>(values.data(), size);
+  Vector<Scalar, kN> vector(size);
+  for (int i = 0; i < size; ++i) {
+    vector[i] = entry(values, i);
+  }
+  return vector;
 }
 
 /// Scalar product in a fixed order. Eigen's own reduction changes the order with the vector width of
