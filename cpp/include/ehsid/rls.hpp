@@ -335,6 +335,7 @@ class Rls {
       return is_finite(y) && all_finite(n, phi) ? Status::numerical_limit : Status::invalid_input;
     }
     if constexpr (!Parts::kInformation) {
+      step.power = Scalar(0);  // of no use then
       if (uninformative(s, false)) {
         state_.innovation = innovation;
         return Status::no_information;
