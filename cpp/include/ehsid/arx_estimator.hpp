@@ -359,20 +359,22 @@ class OnlineEstimator {
 
   /// After a step that was kept: has the plant changed?
   Status watch(const Parameters& phi) {
-    bool moved = false;
-    if constexpr (Parts::kWhiteness) {
-      moved = whiteness_.moved_far(recursion_, dot(size(), phi, recursion_.state().gain));
-    }
-    if constexpr (Parts::kReset) {
-      if (reset_enabled_ && reset_.update(recursion_.normalised_square(), keeps())) {
-        // The noise as it was before the change, not as its errors make it look.
-        recursion_.reset(reset_.long_rmse() * reset_.long_rmse());
-        monitor_.restart();
-        whiteness_.restart();
-        return Status::reset;
+    if constexpr (!Recursion::kFollowsModel) {  // which begins anew by itself
+      bool moved = false;
+      if constexpr (Parts::kWhiteness) {
+        moved = whiteness_.moved_far(recursion_, dot(size(), phi, recursion_.state().gain));
       }
-      if (reset_enabled_ && moved) {
-        reset_.suspect();
+      if constexpr (Parts::kReset) {
+        if (reset_enabled_ && reset_.update(recursion_.normalised_square(), keeps())) {
+          // The noise as it was before the change, not as its errors make it look.
+          recursion_.reset(reset_.long_rmse() * reset_.long_rmse());
+          monitor_.restart();
+          whiteness_.restart();
+          return Status::reset;
+        }
+        if (reset_enabled_ && moved) {
+          reset_.suspect();
+        }
       }
     }
     return Status::ok;
