@@ -101,13 +101,13 @@ TYPED_TEST(EachPart, RefusesWhatCannotBeUsedAndStaysAsItWas) {
   EXPECT_EQ(0, std::memcmp(&factors, &estimator.recursion().state().factors, sizeof factors));
 }
 
-TYPED_TEST(EachPart, StaysUsableInAHoldOfAMillionSamples) {
+TYPED_TEST(EachPart, StaysUsableInALongHold) {
   Estimator<TypeParam> estimator;
   Servo servo(3);
   for (int k = 0; k < 200; ++k) {
     static_cast<void>(servo.step(estimator));
   }
-  for (int k = 0; k < 1000000; ++k) {
+  for (int k = 0; k < 100000; ++k) {
     static_cast<void>(estimator.step(0.5F, 0.25F));
   }
   EXPECT_TRUE(estimator.recursion().state().factors.usable());
