@@ -102,3 +102,21 @@ ehsid::Status step_servo(ehsid::ServoEstimator<float>& estimator, float command,
 ehsid::TrackedServo<float> read_servo(const ehsid::ServoEstimator<float>& estimator) {
   return estimator.servo();
 }
+
+using Small = ehsid::SmallArxEstimator<float, 3, 3, 1>;
+
+ehsid::Status start_small(void* storage, const float* variance) {
+  auto& estimator = *::new (storage) Small();
+  Small::Options options;
+  options.variance0[0] = *variance;
+  return estimator.configure(options);
+}
+
+ehsid::Status step_small(Small& estimator, float command, float position) {
+  return estimator.step(command, position);
+}
+
+float read_small(const Small& estimator, Small& copy) {
+  return copy.restore(estimator.save()) == ehsid::Status::ok ? copy.standard_deviation()[0]
+                                                             : estimator.theta_hat()[0];
+}
