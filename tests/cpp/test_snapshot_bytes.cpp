@@ -53,7 +53,7 @@ std::string of_cpp(const std::string& other) {
       float command = 0.0F;
       float position = 0.0F;
       signal.next(command, position);
-      estimator.step(command, position);
+      static_cast<void>(estimator.step(command, position));
     }
   } else {
     EXPECT_EQ(estimator.restore(reinterpret_cast<const std::uint8_t*>(other.data()), other.size()),
