@@ -64,8 +64,7 @@ class Servo {
 
 template <class Parts>
 struct EachPart : testing::Test {};
-using Selections = testing::Types<ehsid::NoParts, OnlyInformation, OnlyCompensation, OnlyReset,
-                                  OnlyConvergence, OnlyWhiteness, Every>;
+using Selections = testing::Types<ehsid::NoParts, OnlyInformation, OnlyReset, OnlyWhiteness>;
 TYPED_TEST_SUITE(EachPart, Selections, );
 
 TYPED_TEST(EachPart, EstimatesTheServo) {
