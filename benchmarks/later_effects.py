@@ -22,7 +22,7 @@ import numpy as np
 from missing_laws import diagnosed, kept, options, run_all, share
 
 from ehsid.harness.base.files import write_text
-from ehsid.lab.reality.effects import LATER
+from ehsid.lab.reality.effects import ADDED_EFFECTS
 from ehsid.lab.scoring.judging import GAP_SIZES, is_exactly
 
 SEED = 23_000_000  # no check of `ehsid gap-check` has it
@@ -32,7 +32,7 @@ def run_one(folder: Path, index: int) -> dict[str, Any]:
     """Makes, diagnoses and judges one machine, or reads what an earlier run wrote."""
 
     def judged() -> dict[str, Any]:
-        name, turn = list(LATER)[index % len(LATER)], index // len(LATER)
+        name, turn = list(ADDED_EFFECTS)[index % len(ADDED_EFFECTS)], index // len(ADDED_EFFECTS)
         case, diagnosis = diagnosed(folder, SEED + index, "one", name, turn)
         far = diagnosis.how_far
         return {
@@ -99,7 +99,7 @@ def table(rows: Sequence[Mapping[str, Any]]) -> str:
         "| effect | machines | with a gap | outcomes | error of the first size, median |",
         "|---|---|---|---|---|",
     ]
-    for name in LATER:
+    for name in ADDED_EFFECTS:
         own = [row for row in rows if row["effect"] == name]
         large = [row for row in own if row["gap"] >= GAP_SIZES[0]]
         outcomes = [outcome(row) for row in large]

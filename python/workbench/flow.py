@@ -36,7 +36,7 @@ STEPS = (
 
 
 @dataclass(frozen=True)
-class Standing:
+class StepState:
     """Where a step stands."""
 
     open: bool
@@ -47,23 +47,23 @@ class Standing:
     """Why it is not open, or what its result lacks; "" where all is well."""
 
 
-def standings(session: Session) -> dict[str, Standing]:
+def step_states(session: Session) -> dict[str, StepState]:
     """Returns where each step stands, by its key; a step that may be left out opens the next."""
-    found: dict[str, Standing] = {}
+    found: dict[str, StepState] = {}
     before = ""
     for step in STEPS:
         if before:
-            found[step.key] = Standing(False, False, before)
+            found[step.key] = StepState(False, False, before)
             continue
         lacks = _LACKS[step.key](session)
-        found[step.key] = Standing(True, not lacks, lacks)
+        found[step.key] = StepState(True, not lacks, lacks)
         before = f"{step.title} comes first: {lacks}" if lacks and not step.optional else ""
     return found
 
 
 def next_step(session: Session) -> str:
     """Returns the key of the first needed step whose result does not hold, else of the last one."""
-    found = standings(session)
+    found = step_states(session)
     needed = (step.key for step in STEPS if not step.optional)
     return next((key for key in needed if not found[key].done), STEPS[-1].key)
 

@@ -27,7 +27,7 @@ from ehsid.harness.show.gap_words import (
 from ehsid.harness.show.page import Table, Tagged
 
 from . import look
-from .flow import standings
+from .flow import step_states
 from .lesson import Lesson, candidates, guessed, lesson_of, truth
 from .page import View
 from .playground_rigs import chosen_rig
@@ -68,7 +68,7 @@ def advance(workbench: Workbench, session: Session) -> Stage:
             workbench.read(session, session.add(path))
     if workbench.is_reading(session):
         return Stage.preparing
-    found = standings(session)
+    found = step_states(session)
     if not found["check"].open:
         return Stage.broken
     if found["gap"].done:

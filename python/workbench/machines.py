@@ -10,7 +10,7 @@ from ehsid.harness.fleet import machine_of
 from ehsid.harness.show.fleet_page import verdict_text
 from ehsid.harness.show.gap_words import first_upper
 
-from .flow import STEPS, next_step, standings
+from .flow import STEPS, next_step, step_states
 from .session import SessionError
 from .workbench import Workbench
 
@@ -65,7 +65,7 @@ def _row(workbench: Workbench, name: str) -> MachineRow:
         name,
         records,
         first_upper(verdict_text(machine_of(name, found))),
-        standings(session)["gap"].done,
+        step_states(session)["gap"].done,
         found.how_far.nominal,
         found.how_far.augmented,
         where,

@@ -17,7 +17,7 @@ from ehsid.harness.base.error_words import error_words
 
 from . import look
 from .equivalent import python, shown_commands
-from .flow import STEPS, Standing, next_step, standings
+from .flow import STEPS, StepState, next_step, step_states
 from .session import Session
 from .steps.check import CheckStep, GapStep
 from .steps.load import LoadStep
@@ -74,7 +74,7 @@ class Page:
         self._ways, self._not_yet = [self._make_way() for _ in range(2)], look.words("")
         self._onward = pn.Row(*self._ways, self._not_yet, margin=(10, 0))
         asked = argument("step")
-        found = standings(self.session)
+        found = step_states(self.session)
         self.key = asked if asked in found and found[asked].open else next_step(self.session)
         self._view: StepView | None = None
         self._waiting = False
@@ -192,12 +192,12 @@ class Page:
         """Shows what has changed."""
         self._waiting = False
         try:
-            found = standings(self.session)
+            found = step_states(self.session)
             for number, step in enumerate(STEPS, start=1):
-                button, standing = self._buttons[step.key], found[step.key]
-                mark = " ✓" if standing.done else ""
+                button, state = self._buttons[step.key], found[step.key]
+                mark = " ✓" if state.done else ""
                 button.name = f"{number}  {step.title}{mark}"
-                button.disabled = not standing.open
+                button.disabled = not state.open
                 button.button_type = "primary" if step.key == self.key else "default"
             if self._view is not None:
                 self._view.refresh()
@@ -206,7 +206,7 @@ class Page:
         except Exception as error:
             self.tell(error)
 
-    def _show_onward(self, found: dict[str, Standing]) -> None:
+    def _show_onward(self, found: dict[str, StepState]) -> None:
         following = STEPS[[step.key for step in STEPS].index(self.key) + 1 :]
         ways = []
         self._not_yet.object = ""

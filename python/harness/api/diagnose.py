@@ -18,7 +18,7 @@ from ..diagnosis.options import DiagnosisChoices, DiagnosisOptions
 from ..diagnosis.schema import RESULT_FILES
 from ..records import read_record
 from ..records.record import told_apart
-from ..show.gap_words import brief_tables, plain_name, told_reasons, told_remarks
+from ..show.gap_words import plain_name, summary_tables, told_reasons, told_remarks
 from ..show.page import Items, Told
 from ..show.units import percent
 from ..show.verdict_words import VERDICTS
@@ -134,7 +134,7 @@ class Diagnosis(Shown):
 
     def _blocks(self) -> Sequence[Told]:
         found = self.result
-        lines: list[Told] = [*brief_tables(found), found.sentence, Items(told_reasons(found))]
+        lines: list[Told] = [*summary_tables(found), found.sentence, Items(told_reasons(found))]
         if found.next_experiment is not None:
             lines.append(f"Next experiment: {found.next_experiment.description}.")
         lines += [

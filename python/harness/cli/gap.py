@@ -43,7 +43,7 @@ def print_diagnosis(
 
     shown: remarks that the user has seen already, which are not printed again.
     """
-    from ..show.gap_words import brief_tables, effect_set, plain_name, told_reasons, told_remarks
+    from ..show.gap_words import effect_set, plain_name, summary_tables, told_reasons, told_remarks
     from ..show.units import percent
     from ..show.verdict_words import VERDICTS
 
@@ -51,7 +51,7 @@ def print_diagnosis(
     console.print(f"\n{title}", style="bold")
     console.print(diagnosis.sentence, style="bold")
     print_points(told_reasons(diagnosis), console)
-    for table in brief_tables(diagnosis):
+    for table in summary_tables(diagnosis):
         console.print()
         print_blocks([table], console)
     coming = diagnosis.next_experiment

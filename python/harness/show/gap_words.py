@@ -247,7 +247,7 @@ def told_remarks(diagnosis: Diagnosis) -> tuple[Remark, ...]:
     )
 
 
-def brief_tables(diagnosis: Diagnosis) -> Iterator[Table]:
+def summary_tables(diagnosis: Diagnosis) -> Iterator[Table]:
     """Yields the tables that a diagnosis has something for, the gap first."""
     if diagnosis.how_far is not None:
         added = bool(diagnosis.effects or diagnosis.missing_laws)

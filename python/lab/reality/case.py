@@ -14,7 +14,7 @@ import numpy as np
 from ehsid.harness.base.numbers import FloatArray
 
 from . import machine as equations
-from .effects import CATALOGUE, EXCLUSIVE_PAIRS, LATER, Effect, Sizes
+from .effects import ADDED_EFFECTS, CATALOGUE, EXCLUSIVE_PAIRS, Effect, Sizes
 from .excitation import (
     EXCITATION_SETS,
     EXCITATIONS,
@@ -226,7 +226,7 @@ class Draws(NamedTuple):
 
 def _definition(effect: str) -> Effect:
     unnamed = {name: law.effect for name, law in UNNAMED.items()}
-    known = {**CATALOGUE, **LATER, **OUTSIDE, **unnamed}
+    known = {**CATALOGUE, **ADDED_EFFECTS, **OUTSIDE, **unnamed}
     if effect not in known:
         raise ValueError(f"effect '{effect}' is not known; there are {', '.join(known)}")
     return known[effect]

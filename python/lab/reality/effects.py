@@ -287,7 +287,7 @@ def _flexible_load(machine: Truth, sizes: Sizes, _: float) -> Truth:
     )
 
 
-LATER: Mapping[str, Effect] = {
+ADDED_EFFECTS: Mapping[str, Effect] = {
     "valve_dead_band_sides": Effect("valve", _draw_two_overlaps, _two_overlaps),
     "flow_gain_drift": Effect(
         "valve",

@@ -17,7 +17,7 @@ from ehsid.harness.show.page import Block, Heading, Items
 from ehsid.harness.show.rig_check import check_table
 
 from .. import look
-from ..flow import standings
+from ..flow import step_states
 from ..jobs import REMARKS, Said
 from .next import SoFarView
 from .step import StepView, progress
@@ -32,8 +32,8 @@ class CheckStep(StepView):
         self._again.on_click(page.told(lambda event: self.workbench.check(self.session)))
         self._status, self._result = look.words(""), look.words("")
         self.layout.objects = [pn.Row(self._again), self._status, self._result]
-        standing = standings(self.session)["check"]
-        if standing.open and not standing.done:  # it takes seconds, and the step is for it
+        state = step_states(self.session)["check"]
+        if state.open and not state.done:  # it takes seconds, and the step is for it
             self.workbench.check(self.session)
 
     def refresh(self) -> None:
@@ -49,7 +49,7 @@ class CheckStep(StepView):
         remarks = read_json(folder / REMARKS, list[Said])
         if result is None or remarks is None:
             return ""
-        stale = standings(self.session)["check"].why
+        stale = step_states(self.session)["check"].why
         html = f'<p class="bad">{look.plain(stale)}</p>' if stale else ""
         html += _verdict(result, remarks)
         address = f"/result/{self.session.name}/check"
@@ -134,9 +134,9 @@ class GapStep(StepView):
         """Shows how the diagnosis goes, and what it found."""
         job = self.workbench.job(self.session, "gap")
         running = job is not None and job.running
-        standing = standings(self.session)["gap"]
+        state = step_states(self.session)["gap"]
         self._start.disabled = running
-        self._start.name = "Start the diagnosis again" if standing.done else "Start the diagnosis"
+        self._start.name = "Start the diagnosis again" if state.done else "Start the diagnosis"
         self._cancel.visible = running
         self._status.object = progress(job)
         entries = self.session.settings.records
@@ -149,7 +149,7 @@ class GapStep(StepView):
             "</span></p>"
         )
         self._so_far.refresh(running=running)
-        html = "" if running else self._found(standing.why)
+        html = "" if running else self._found(state.why)
         if self._result.object != html:
             self._result.object = html
 

@@ -21,7 +21,7 @@ from ehsid.harness.show.units import column, over, si_column
 
 from .. import look
 from ..downsampling import opened
-from ..flow import IDENTIFIED, standings
+from ..flow import IDENTIFIED, step_states
 from ..model_look import MEASURED, RESIDUAL, SIMULATED, Identified, look_folder, read_look
 from ..model_plots import bode_plots, correlation_plot, poles_plot
 from ..next_tasks import FIRMWARE, MADE, HeaderMade
@@ -94,7 +94,7 @@ class Identification(StepView):
         self._cancel.visible = running
         self._status.object = progress(job)
         path = self.session.folder / IDENTIFIED
-        stale = "" if running else standings(self.session)["model"].why
+        stale = "" if running else step_states(self.session)["model"].why
         version = path.stat().st_mtime_ns if path.exists() else 0
         if (version, stale) == self._shown or (running and self._shown is not None):
             return

@@ -15,7 +15,7 @@ from ehsid.harness.diagnosis.result import Diagnosis
 from ehsid.harness.diagnosis.schema import Candidate, Remark
 from ehsid.harness.records import make_record
 from ehsid.harness.show.gap_page import render_diagnosis
-from ehsid.harness.show.gap_words import brief_tables, told_reasons, told_remarks
+from ehsid.harness.show.gap_words import summary_tables, told_reasons, told_remarks
 from ehsid.harness.show.page import Note, Table
 from ehsid.harness.show.units import percent
 from ehsid.harness.show.which_section import which_section
@@ -41,7 +41,7 @@ def diagnosed(ranked: Sequence[tuple[str, float, str]]) -> Diagnosis:
 
 
 def candidates_of(diagnosis: Diagnosis) -> Table:
-    (table,) = (each for each in brief_tables(diagnosis) if each.columns[0] == "candidate")
+    (table,) = (each for each in summary_tables(diagnosis) if each.columns[0] == "candidate")
     return table
 
 

@@ -11,7 +11,7 @@ from app_sessions import BENCH
 
 from ehsid.harness.rigs import RigError
 from ehsid.workbench.adoption import FOUND, as_new_machine, use_as_rig
-from ehsid.workbench.flow import standings
+from ehsid.workbench.flow import step_states
 from ehsid.workbench.session import Session, SessionError
 from ehsid.workbench.workbench import Workbench
 
@@ -30,7 +30,7 @@ def test_the_found_rig_replaces_the_one_before_which_is_kept(session: Session) -
     assert session.rig_file.read_bytes() == found
     assert (session.folder / "rig.before.toml").read_bytes() == BENCH.read_bytes()
     assert not session.settings.rig.answers
-    assert not standings(session)["gap"].open
+    assert not step_states(session)["gap"].open
     assert use_as_rig(session) == "rig.before_2.toml"
     assert (session.folder / "rig.before.toml").read_bytes() == BENCH.read_bytes()
 

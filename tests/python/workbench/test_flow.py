@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 from app_sessions import BENCH, entry_of, german_log, read_session
 
-from ehsid.workbench.flow import STEPS, next_step, standings
+from ehsid.workbench.flow import STEPS, next_step, step_states
 from ehsid.workbench.reading import read_log
 from ehsid.workbench.session import Session
 
@@ -16,7 +16,7 @@ KEYS = [step.key for step in STEPS]
 
 
 def open_steps(session: Session) -> list[str]:
-    return [key for key, standing in standings(session).items() if standing.open]
+    return [key for key, state in step_states(session).items() if state.open]
 
 
 @pytest.fixture
@@ -27,20 +27,20 @@ def session(tmp_path: Path) -> Session:
 def test_an_empty_session_waits_for_a_record(tmp_path: Path) -> None:
     session = Session(tmp_path)
     assert open_steps(session) == ["load"]
-    assert standings(session)["map"].why == "Load comes first: there is no record yet."
+    assert step_states(session)["map"].why == "Load comes first: there is no record yet."
     assert next_step(session) == "load"
 
 
 def test_a_record_that_is_read_opens_map_and_rig(session: Session) -> None:
     assert open_steps(session) == ["load", "map", "rig"]
-    assert standings(session)["map"].done
+    assert step_states(session)["map"].done
 
 
 def test_what_the_user_said_anew_has_to_be_read(session: Session) -> None:
     entry_of(session).maps["position_m"] = "Druck A [bar]"
-    assert standings(session)["map"].why == "run is not read yet."
+    assert step_states(session)["map"].why == "run is not read yet."
     read_log(session, entry_of(session))
-    assert "could not be read" in standings(session)["map"].why
+    assert "could not be read" in step_states(session)["map"].why
     assert open_steps(session) == ["load", "map"]
 
 
@@ -48,11 +48,11 @@ def test_without_command_or_with_nothing_to_fit_the_rig_stays_closed(
     tmp_path: Path, session: Session
 ) -> None:
     entry_of(session).held_out = True
-    assert "at least one has to be fitted" in standings(session)["map"].why
+    assert "at least one has to be fitted" in step_states(session)["map"].why
     log = tmp_path / "two.csv"
     log.write_text("time_s,position_m\n" + "\n".join(f"{i / 1000},{i % 7}" for i in range(50)))
     other = read_session(tmp_path / "other", log)
-    assert standings(other)["map"].why == "the command of two is not known."
+    assert step_states(other)["map"].why == "the command of two is not known."
 
 
 def test_a_rig_opens_the_check_and_a_wrong_one_does_not(session: Session) -> None:
@@ -69,7 +69,7 @@ def test_results_hold_until_records_or_rig_change(session: Session) -> None:
         (session.folder / key / file).write_text("{}")
         session.settings.made_of[key] = session.digest(rig=True)
     assert open_steps(session) == KEYS
-    assert standings(session)["gap"].done
+    assert step_states(session)["gap"].done
     session.rig_file.write_text(BENCH.read_text() + "\n# changed\n")
-    assert standings(session)["check"].why == "records or rig have changed since; run it again."
+    assert step_states(session)["check"].why == "records or rig have changed since; run it again."
     assert next_step(session) == "check"

@@ -13,7 +13,7 @@ from app_sessions import BENCH
 from ehsid.harness.diagnosis.schema import read_diagnosis_file
 from ehsid.harness.rigs import Rig, read_rig
 from ehsid.workbench import lesson as lessons_module
-from ehsid.workbench.flow import standings
+from ehsid.workbench.flow import step_states
 from ehsid.workbench.lesson import (
     LACKING,
     LOGGED,
@@ -93,7 +93,7 @@ def test_a_lesson_is_made_read_checked_and_waits_for_a_guess(
             assert time.monotonic() < end
             time.sleep(0.05)
         assert stage is Stage.guess
-        assert standings(session)["check"].done
+        assert step_states(session)["check"].done
         assert workbench.job(session, "gap") is None
         guessed(session, "load_force")
         assert lesson_of(session) == Lesson(seed_of(bench, "valve_dead_band"), "load_force")

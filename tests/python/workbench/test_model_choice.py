@@ -10,7 +10,7 @@ import pytest
 from app_sessions import BENCH, entry_of, german_log, read_session
 
 from ehsid.harness.catalogue.parameters import POLICIES
-from ehsid.workbench.flow import next_step, standings
+from ehsid.workbench.flow import next_step, step_states
 from ehsid.workbench.model_tasks import (
     adopt_found,
     recursion_of,
@@ -142,14 +142,14 @@ def test_a_model_may_be_left_out_and_knows_when_it_is_old(session: Session) -> N
     (session.folder / "check").mkdir()
     (session.folder / "check" / "rig_check.json").write_text("{}")
     session.settings.made_of["check"] = session.made_from("check")
-    assert standings(session)["gap"].open
-    assert standings(session)["model"].why == "no model was identified yet."
+    assert step_states(session)["gap"].open
+    assert step_states(session)["model"].why == "no model was identified yet."
     assert next_step(session) == "gap"
     found(session, 2, 1)
     session.settings.made_of["identify"] = session.made_from("identify")
-    assert standings(session)["model"].done
+    assert step_states(session)["model"].done
     session.settings.model.orders = "2-3"
-    assert "identify again" in standings(session)["model"].why
-    assert standings(session)["gap"].open
+    assert "identify again" in step_states(session)["model"].why
+    assert step_states(session)["gap"].open
     session.settings.made_of.clear()
-    assert not standings(session)["model"].open
+    assert not step_states(session)["model"].open

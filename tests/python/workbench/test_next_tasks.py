@@ -14,7 +14,7 @@ from typer.testing import CliRunner
 
 from ehsid.harness.cli import cli
 from ehsid.workbench.equivalent import commands, python
-from ehsid.workbench.flow import standings
+from ehsid.workbench.flow import step_states
 from ehsid.workbench.next_tasks import (
     FIRMWARE,
     MADE,
@@ -102,6 +102,6 @@ def test_the_archive_opens_as_a_session_of_its_own(session: Session, tmp_path: P
     assert not [name for name in names if "errors.log" in name or "link" in name]
     opened = Session(tmp_path / "press")
     read_log(opened, opened.settings.records[0])
-    assert standings(opened)["next"].open
+    assert step_states(opened)["next"].open
     package_task(session.folder, report=silent)
     assert not [path for path in packed_files(session.folder) if path.suffix == ".zip"]

@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 from app_sessions import BENCH, entry_of, german_log
 
-from ehsid.workbench.flow import standings
+from ehsid.workbench.flow import step_states
 from ehsid.workbench.jobs import State
 from ehsid.workbench.reading import reading_of
 from ehsid.workbench.session import Session
@@ -102,7 +102,7 @@ def test_logs_are_read_and_the_check_follows(workbench: Workbench, tmp_path: Pat
     assert job is not None
     job.wait(120.0)
     assert (job.state, job.message) == (State.done, "")
-    until(lambda: standings(session)["check"].done)
+    until(lambda: step_states(session)["check"].done)
     assert Session(session.folder).settings.made_of.keys() == {"check"}
 
 

@@ -12,7 +12,7 @@ from reality_runs import drawn_case, own_run
 
 from ehsid.lab.reality import machine as equations
 from ehsid.lab.reality.case import RealityCase, start_state
-from ehsid.lab.reality.effects import CATALOGUE, LATER
+from ehsid.lab.reality.effects import ADDED_EFFECTS, CATALOGUE
 from ehsid.lab.reality.truth import Truth
 from ehsid.lab.reality.unnamed import OUTSIDE, UNNAMED
 
@@ -40,7 +40,7 @@ def moving(t: Truth, share: float, speed: float) -> FloatArray:
 
 @pytest.mark.thorough
 def test_they_are_never_drawn() -> None:
-    assert not set(LATER) & {*CATALOGUE, *OUTSIDE, *UNNAMED}
+    assert not set(ADDED_EFFECTS) & {*CATALOGUE, *OUTSIDE, *UNNAMED}
     drawn = {
         effect
         for seed in range(60)

@@ -24,7 +24,7 @@ from ehsid.lab.reality import make_case, write_case
 from ehsid.lab.reality.__main__ import app
 from ehsid.lab.reality.batch import draw_kind, write_cases
 from ehsid.lab.reality.case import COLUMNS, KINDS, start_state
-from ehsid.lab.reality.effects import CATALOGUE, EXCLUSIVE_PAIRS, LATER
+from ehsid.lab.reality.effects import ADDED_EFFECTS, CATALOGUE, EXCLUSIVE_PAIRS
 from ehsid.lab.reality.nominal_rig import UNCERTAINTY
 from ehsid.lab.reality.unnamed import OUTSIDE
 from ehsid.lab.reality.variants import GRADES
@@ -67,11 +67,11 @@ def test_the_catalogue_is_that_of_the_diagnosis() -> None:
     }
     drawn = {
         name: set(drawn_case(1, "plain", "one", [name]).answer["effects"][name])
-        for name in {**CATALOGUE, **LATER}
+        for name in {**CATALOGUE, **ADDED_EFFECTS}
     }
     assert drawn == {name: catalogue[name] for name in catalogue.keys() - NOT_MADE}
     subsystems = {effect.id: effect.subsystem for effect in ehsid.effects()}
-    for name, effect in {**CATALOGUE, **LATER}.items():
+    for name, effect in {**CATALOGUE, **ADDED_EFFECTS}.items():
         assert effect.subsystem == subsystems[name]
     assert not set(OUTSIDE) & set(catalogue)
 
