@@ -75,7 +75,7 @@ def seen(out: Path, name: str) -> dict[str, Any]:
 
 @pytest.mark.slow
 def test_all_machines_are_diagnosed_and_ranked(here: Path) -> None:
-    outcome = run("fleet", "--out", "out", workers="2")
+    outcome = run("fleet", "--out", "out")
     assert outcome.exit_code == 0, outcome.output
     out = here / "out"
     for name, verdict in MACHINES.items():

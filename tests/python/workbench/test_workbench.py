@@ -91,7 +91,7 @@ def test_a_name_cannot_lead_out_of_the_folder(workbench: Workbench) -> None:
 def test_logs_are_read_and_the_check_follows(workbench: Workbench, tmp_path: Path) -> None:
     session = workbench.latest()
     for number in range(2):
-        log = german_log(tmp_path / f"run{number}.csv", 2.0, float(number))
+        log = german_log(tmp_path / f"run{number}.csv", 1.0, float(number))
         workbench.read(session, session.add(log))
     until(lambda: not workbench.is_reading(session))
     assert all(reading_of(session, entry) for entry in session.settings.records)

@@ -9,6 +9,7 @@ import pytest
 from gap_cases import RIG, record
 from made_checks import made_answers, perfect, write_check
 
+from ehsid.harness.base.parallel import workers
 from ehsid.harness.diagnosis.schema import Estimate
 from ehsid.harness.diagnosis.search.candidates import DECISION_SUBSTEPS
 from ehsid.harness.records import write_record
@@ -105,14 +106,15 @@ def test_effects_that_the_rig_tells_stay() -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.usefixtures("two_processes")
-def test_a_check_with_a_third_record(tmp_path: Path) -> None:
+@pytest.mark.parametrize("processes", [1, pytest.param(2, marks=pytest.mark.thorough)])
+def test_a_check_with_a_third_record(processes: int, tmp_path: Path) -> None:
     answers = {n: one for n, one in made_answers(20).items() if one["kind"] == "one"}
     name = next(iter(answers))
     answers = {name: {**answers[name], "effects": {"coulomb_friction": {"force_n": 900.0}}}}
     write_check(tmp_path, answers, perfect)
     write_files(tmp_path, name, FOUND)
-    (case,) = score_folder(tmp_path).cases
+    with workers(processes):
+        (case,) = score_folder(tmp_path).cases
     assert case.transfer is not None
     assert case.transfer.of_explainable is not None
     explainable, nominal = promises([case])
