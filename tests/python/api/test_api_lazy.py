@@ -63,7 +63,7 @@ def test_only_what_is_for_people_is_listed() -> None:
         assert not isinstance(getattr(ehsid, name), types.ModuleType), name
 
 
-@pytest.mark.slow
+@pytest.mark.thorough
 def test_a_star_imports_the_names_for_people() -> None:
     script = "from ehsid import *; read, ArxEstimator; print('TYPE_CHECKING' in globals())"
     done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True)

@@ -146,7 +146,7 @@ def test_no_signal_is_lost_under_the_name_of_a_path() -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("what", ["model", "found"])
+@pytest.mark.parametrize("what", [pytest.param("model", marks=pytest.mark.thorough), "found"])
 def test_saved_files_are_those_of_the_command(
     what: str, tmp_path: Path, request: pytest.FixtureRequest
 ) -> None:

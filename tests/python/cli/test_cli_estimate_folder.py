@@ -97,7 +97,7 @@ def test_every_record_is_as_alone_and_the_others_are_named(here: Path) -> None:
     assert "abc" in page
 
 
-@pytest.mark.slow
+@pytest.mark.thorough
 def test_json_is_the_file(here: Path) -> None:
     outcome = run("logs", *SETTINGS, "--json", "--out", "out")
     assert outcome.exit_code == 0, outcome.output

@@ -24,7 +24,7 @@ BENCH = str(ROOT / "examples" / "rigs" / "bench.toml")
 
 
 # Kinds of `script/test`: the others differ in what reads them, which test_log_kinds.py has.
-EVERY_DAY = {"text", "hdf5"}
+EVERY_DAY = {"text"}
 
 
 def run(*arguments: object) -> Result:

@@ -201,7 +201,14 @@ def in_use(kind: str) -> list[Callable[[], object]]:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("kind", ["estimator", "recursion", "bank", "plant"])
+@pytest.mark.parametrize(
+    "kind",
+    [
+        "estimator",
+        "plant",
+        *(pytest.param(kind, marks=pytest.mark.thorough) for kind in ("recursion", "bank")),
+    ],
+)
 def test_an_object_is_refused_while_it_runs_in_another_thread(kind: str) -> None:
     """Before, four runs at once ended the process by a segmentation fault."""
     run, *uses = in_use(kind)

@@ -124,7 +124,7 @@ def check_agreement(rig: Mapping[str, float], opening: runs.FloatArray, walls: f
         assert difference[output] < tolerance < 1e-6
 
 
-@pytest.mark.slow
+@pytest.mark.thorough
 @pytest.mark.parametrize("opening", OPENINGS)
 @pytest.mark.parametrize("name", RIGS)
 def test_same_motion_and_pressures(name: str, opening: str) -> None:

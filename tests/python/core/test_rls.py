@@ -175,7 +175,7 @@ def test_residual_variance_and_deviations_have_their_statistical_meaning() -> No
     assert np.abs(ratio - 1.0).max() < 5.0 / np.sqrt(2.0 * 200.0)
 
 
-@pytest.mark.slow
+@pytest.mark.thorough
 @pytest.mark.parametrize("factor", [1.0, 0.998, 0.99, 0.98, 0.95])
 def test_intervals_hold_as_often_as_they_say_with_forgetting(factor: float) -> None:
     runs, n = 600, 1003

@@ -197,7 +197,7 @@ def test_a_map_that_fails_does_not_lose_the_verdict(monkeypatch: pytest.MonkeyPa
         raise np.linalg.LinAlgError("Matrix is not positive definite")
 
     monkeypatch.setattr(diagnosis_module, "equation_shares", fails)
-    found = diagnose([measured_record("fit", 1, seconds=4.0, dt_s=2e-3)], bench())
+    found = diagnose([measured_record("fit", 1, seconds=3.0, dt_s=2e-3)], bench())
     assert found.verdict == "effects"
     assert [effect.id for effect in found.effects] == ["coulomb_friction"]
     assert found.where.subsystem == {}

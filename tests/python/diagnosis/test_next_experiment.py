@@ -202,7 +202,7 @@ def test_the_experiment_of_an_axis_stays_inside_the_range_of_its_records() -> No
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("dt_s", [1e-3, 0.02])
+@pytest.mark.parametrize("dt_s", [pytest.param(1e-3, marks=pytest.mark.thorough), 0.02])
 def test_every_entry_of_the_menu_stays_inside_the_limits_or_is_left_out(dt_s: float) -> None:
     experiments = [
         simulate_experiment(entry, RIG, {}, dt_s=dt_s, limit_v=4.0, span_m=(0.05, 0.2))

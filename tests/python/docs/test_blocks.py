@@ -47,7 +47,7 @@ def test_a_line_that_is_no_longer_printed_is_named(tmp_path: Path) -> None:
         run(tmp_path, ("python", 'print("size 2.5 mm")\n'), ("text", "...\nweight 3 kg\n"))
 
 
-@pytest.mark.slow
+@pytest.mark.thorough
 def test_a_command_that_fails_stops_the_page(tmp_path: Path) -> None:
     with pytest.raises(RuntimeError, match="exit code 2 of"):
         run(tmp_path, ("sh", "ehsid identify nothing.csv\ntouch never\n"))

@@ -81,7 +81,15 @@ def read(page: str) -> tuple[Reader, str]:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("verdict", VERDICTS)
+@pytest.mark.parametrize(
+    "verdict",
+    [
+        one
+        if one in ("effects", "ambiguous", "insufficient_data")
+        else pytest.param(one, marks=pytest.mark.thorough)
+        for one in VERDICTS
+    ],
+)
 def test_page_is_whole_and_says_the_verdict_first(verdict: Any) -> None:
     diagnosis = made_diagnosis(verdict)
     reader, text = read(page_of(verdict))

@@ -142,7 +142,7 @@ def test_a_stop_behind_a_reset_waits_until_it_is_carried_out(tmp_path: Path) -> 
     assert [words for _, words in read_status(tmp_path).events] == ["The estimator begins anew."]
 
 
-@pytest.mark.slow
+@pytest.mark.thorough
 def test_a_run_that_fails_says_where_its_samples_are(runs: LiveRuns) -> None:
     with relayed(FakeDevice(EstimatingTarget())) as relay:
         job, folder = started(runs, LiveSettings(port=relay.port))

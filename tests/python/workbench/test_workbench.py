@@ -60,7 +60,7 @@ def test_a_machine_whose_folder_was_removed_begins_anew(workbench: Workbench) ->
     until(lambda: reading_of(again, entry_of(again)) is not None)
 
 
-@pytest.mark.slow
+@pytest.mark.thorough
 def test_a_page_of_a_machine_that_has_gone_does_not_keep_its_namesake_from_reading(
     workbench: Workbench,
 ) -> None:
@@ -87,7 +87,7 @@ def test_a_name_cannot_lead_out_of_the_folder(workbench: Workbench) -> None:
     assert workbench.opened("../../x").folder.parent == workbench.folder
 
 
-@pytest.mark.slow
+@pytest.mark.thorough
 def test_logs_are_read_and_the_check_follows(workbench: Workbench, tmp_path: Path) -> None:
     session = workbench.latest()
     for number in range(2):

@@ -468,7 +468,7 @@ def test_a_law_in_a_wrong_minimum_starts_again_from_its_simpler_law() -> None:
         assert found.values[name] == pytest.approx(size, rel=0.1), name
 
 
-@pytest.mark.slow
+@pytest.mark.thorough
 def test_screening_costs_what_its_candidates_cost(
     calm: Case, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -38,7 +38,7 @@ def deviations(found: Fit) -> np.ndarray:
     return np.array(off) / found.errors
 
 
-@pytest.mark.slow
+@pytest.mark.thorough
 def test_known_constants_are_found_within_their_standard_errors() -> None:
     found = fit(choices_of(drawn_machines(1500, 1)))
     assert np.abs(deviations(found)).max() < stats.norm.ppf(1.0 - RISK / 2.0)

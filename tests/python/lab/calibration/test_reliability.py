@@ -57,7 +57,7 @@ def test_groups_have_equal_numbers_and_rising_probabilities() -> None:
     assert np.all(np.diff([group.probability for group in bins]) > 0.0)
 
 
-@pytest.mark.slow
+@pytest.mark.thorough
 def test_the_interval_knows_that_claims_of_a_machine_go_together() -> None:
     single = claims(0.5, 2)
     grouped = Claims(single.chances, single.true, np.arange(COUNT) // 20)

@@ -35,7 +35,7 @@ def test_the_transfer_record_has_another_excitation(seed: int, grade: Any) -> No
     assert not np.array_equal(case.transfer["command_v"], case.validate["command_v"])
 
 
-@pytest.mark.slow
+@pytest.mark.thorough
 def test_the_transfer_record_is_never_small() -> None:
     """At small amplitudes a wrong effect can reduce the gap, too."""
     ratios = []

@@ -30,7 +30,7 @@ def test_a_share_leaves_out_what_is_no_answer() -> None:
     assert math.isnan(empty.value)
 
 
-@pytest.mark.slow
+@pytest.mark.thorough
 def test_intervals_of_the_median_hold_it_in_nine_of_ten() -> None:
     rng = np.random.default_rng(3)
     runs = 400

@@ -19,7 +19,7 @@ def test_interval_is_that_of_the_quantile_test_of_scipy(n: int, seed: int) -> No
     assert found.median == np.median(values)
 
 
-@pytest.mark.slow
+@pytest.mark.thorough
 def test_interval_covers_the_median_as_often_as_it_says() -> None:
     rng = np.random.default_rng(3)
     draws = 4000

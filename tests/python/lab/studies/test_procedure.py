@@ -325,6 +325,7 @@ def test_bad_settings_are_errors() -> None:
             run_procedure(data, **options)  # type: ignore[arg-type]
 
 
+@pytest.mark.thorough
 @settings(max_examples=10)
 @given(
     seed=st.integers(0, 2**32 - 1),

@@ -55,7 +55,7 @@ def test_the_change_comes_at_half_time_and_not_before() -> None:
     assert np.std(changed) > 1e-3
 
 
-@pytest.mark.slow
+@pytest.mark.thorough
 def test_offline_and_recursive_agree_on_the_rig_and_read_its_oil() -> None:
     record = rig_record(RIG, 0)
     model = fit_arx(IoData.from_record(record, "command_v", "position_m"), ORDERS)

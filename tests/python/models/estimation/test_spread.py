@@ -93,7 +93,9 @@ def test_records_that_all_state_too_wide_intervals_are_judged_by_what_they_show(
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("count", [5, 20, 100])
+@pytest.mark.parametrize(
+    "count", [5, *(pytest.param(n, marks=pytest.mark.thorough) for n in (20, 100))]
+)
 def test_equal_machines_hardly_ever_have_an_outlier(count: int) -> None:
     rng = np.random.default_rng(count)
     limit = distance_limit(count, 6)

@@ -123,7 +123,7 @@ def test_the_whole_estimate_is_that_of_statsmodels_ardl(trend: str) -> None:
         assert ours.offset == pytest.approx(theirs.params[0], rel=1e-9)
 
 
-@pytest.mark.slow
+@pytest.mark.thorough
 def test_the_intervals_hold_the_truth_as_often_as_they_claim() -> None:
     """Model (16), 400 runs: the covariance must describe the scatter of theta."""
     truth = np.concatenate((A16, B16))
