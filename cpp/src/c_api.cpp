@@ -125,7 +125,8 @@ ehsid_status check(const Estimator* estimator, const void* pointer, std::size_t 
 bool orders_fit(const ehsid_kernel& kernel, std::int32_t na, std::int32_t nb, std::int32_t nk,
                 bool offset) {
   return na >= 1 && na <= EHSID_MAX_ORDER && nb >= 1 && nb <= EHSID_MAX_ORDER && nk >= 0 &&
-         nk <= EHSID_MAX_DELAY && na + nb + (offset ? 1 : 0) == kernel.parameters;
+         nk <= EHSID_MAX_DELAY && na + nb + (offset ? 1 : 0) == kernel.parameters &&
+         (kernel.outputs == 0 || na == kernel.outputs);
 }
 
 }  // namespace

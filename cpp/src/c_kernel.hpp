@@ -7,6 +7,7 @@
 #include <ehsid/arx_estimator.hpp>
 #include <ehsid/fit.hpp>
 #include <ehsid/forgetting.hpp>
+#include <ehsid/instrumental_variables.hpp>
 
 #include <cstring>
 #include <new>
@@ -20,6 +21,7 @@ struct ehsid_estimator {
 
 struct ehsid_kernel {
   std::int32_t parameters;
+  std::int32_t outputs;  // na, where the kernel has one only; else 0
   std::size_t storage_bytes;
   std::size_t most_snapshot_bytes;
   void (*defaults)(ehsid_configuration&);
@@ -49,6 +51,9 @@ void policy_settings(Policy& policy, C& c, Copy copy) {
       [&](const SettingInfo& /*setting*/, auto member) { copy(member(policy), member(c)); });
 }
 
+inline RlsOptions<float>& guards(RlsOptions<float>& options) { return options; }
+inline RlsOptions<float>& guards(GradientOptions<float>& options) { return options.rls; }
+
 /// Visits every setting but orders and start.
 template <class Options, class C, class Copy>
 void settings(Options& options, C& c, Copy copy) {
@@ -57,8 +62,8 @@ void settings(Options& options, C& c, Copy copy) {
   copy(options.scaling.command_offset, c.command_offset);
   copy(options.scaling.position_offset, c.position_offset);
   policy_settings(options.forgetting, c.forgetting, copy);
-  copy(options.rls.information_margin, c.information_margin);
-  copy(options.rls.covariance_ceiling, c.covariance_ceiling);
+  copy(guards(options.rls).information_margin, c.information_margin);
+  copy(guards(options.rls).covariance_ceiling, c.covariance_ceiling);
   copy(options.reset_enabled, c.reset_enabled);
   copy(options.reset.short_window, c.reset_short_window);
   copy(options.reset.long_window, c.reset_long_window);
@@ -73,9 +78,9 @@ void settings(Options& options, C& c, Copy copy) {
 }
 
 /// The estimator of one policy and size in the caller's storage.
-template <class Policy, int kN>
+template <class Policy, int kN, class Recursion = Rls<float, kN, Policy>>
 struct Instance : ehsid_estimator {
-  using Estimator = OnlineEstimator<AnyArx<float, kN>, Policy>;
+  using Estimator = OnlineEstimator<AnyArx<float, kN>, Policy, Recursion>;
   using Options = typename Estimator::Options;
 
   Estimator estimator;
@@ -199,9 +204,10 @@ struct Instance : ehsid_estimator {
   }
 };
 
-template <class Policy, int kN>
+/// kOutputs: na, where it is one only.
+template <class Policy, int kN, class Recursion = Rls<float, kN, Policy>, int kOutputs = 0>
 constexpr ehsid_kernel kernel() {
-  using Made = Instance<Policy, kN>;
+  using Made = Instance<Policy, kN, Recursion>;
   static_assert(sizeof(Made) <= EHSID_STORAGE_BYTES(std::size_t{kN}),
                 "c_api.h gives too little storage");
   static_assert(alignof(Made) <= alignof(std::uint64_t), "c_api.h aligns storage too little");
@@ -211,6 +217,7 @@ constexpr ehsid_kernel kernel() {
   static_assert(std::is_trivially_destructible<Made>::value,
                 "nobody destroys what lives in storage");
   return {kN,
+          kOutputs,
           sizeof(Made),
           Made::Estimator::kSnapshotBytes,
           Made::defaults,

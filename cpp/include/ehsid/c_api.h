@@ -89,6 +89,10 @@ typedef struct ehsid_kernel ehsid_kernel;
 /* Tables of functions, initialised by constants in cpp/src/c_kernels.cpp. */
 /* NOLINTBEGIN(bugprone-dynamic-static-initializers) */
 EHSID_EACH_POLICY(EHSID_DECLARE_KERNELS)
+/* EHSID_KERNEL(riv, 6): instrumental variables, for noise on the position sensor (ehsid/instrumental_variables.hpp), with the
+ * policy `exponential`, na = 3, nb = 3 (2 with a constant term), and the defaults of ehsid::GradientOptions. No setting of
+ * the reset is read: this recursion begins anew by itself. */
+extern const ehsid_kernel ehsid_kernel_riv_6;
 /* NOLINTEND(bugprone-dynamic-static-initializers) */
 
 /* Settings of the policy: only the members of the kernel's policy are read. Ranges and sources stand in
