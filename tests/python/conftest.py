@@ -101,10 +101,13 @@ def two_processes() -> Iterator[None]:
 
 
 def two_dask_workers() -> Iterator[str]:
+    from ehsid.harness.base.parallel import workers
+
     distributed = pytest.importorskip("distributed")
-    with distributed.LocalCluster(
+    cluster = distributed.LocalCluster(
         n_workers=2, threads_per_worker=1, dashboard_address=":0", silence_logs=40
-    ) as cluster:
+    )
+    with cluster, workers(None):  # one worker would be this process
         yield cluster.scheduler_address
 
 
