@@ -13,6 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..base.numbers import masked_count
+from ..catalogue.channels import TIME
 from .errors import RecordError
 
 if TYPE_CHECKING:
@@ -217,9 +218,7 @@ class TimeBase:
     segments: tuple[slice, ...]
 
 
-def analyse_time(
-    time_s: npt.NDArray[np.float64], *, file: Path | str, first_row: int, column: str = "time_s"
-) -> TimeBase:
+def analyse_time(time_s: npt.NDArray[np.float64], *, file: Path | str, first_row: int) -> TimeBase:
     """Checks the time column and splits the record at its gaps.
 
     A step is a gap if it is longer than 1.5 times the median step. dt_s is the mean of the other
@@ -233,8 +232,6 @@ def analyse_time(
         name of the file in messages.
     first_row
         row number of the first sample in messages.
-    column
-        name of the time column in messages.
 
     Raises
     ------
@@ -245,7 +242,7 @@ def analyse_time(
 
     def refused(k: int, problem: str, expected: str, mend: str) -> TimeError:
         row = k + 1 + first_row
-        return TimeError(file, problem, row=row, column=column, expected=expected, mend=mend)
+        return TimeError(file, problem, row=row, column=TIME, expected=expected, mend=mend)
 
     back = np.flatnonzero(steps <= 0.0)
     if back.size:

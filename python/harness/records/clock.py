@@ -199,14 +199,14 @@ class Clocks:
         if time.name == TIME and not time.unit:
             return "s", "name of the schema", False
         finite = values[np.isfinite(values)]
-        since = next(
-            (
-                unit
-                for unit, (low, high) in SINCE_1970.items()
-                if finite.size and low <= finite[0] <= high and low <= finite[-1] <= high
-            ),
-            None,
-        )
+        since = None
+        for one, (low, high) in SINCE_1970.items():
+            if (
+                finite.size
+                and low <= min(finite[0], finite[-1])
+                and max(finite[0], finite[-1]) <= high
+            ):
+                since = one
         doubt = doubt_of_unit(_given(time.name), time.unit, TIME)
         if doubt is not None:
             raise RecordError(
@@ -216,14 +216,8 @@ class Clocks:
                 expected=f"a unit of time, {usual_units(time.unit, 's')}",
                 mend=f"say the unit: {map_option(TIME, split_unit(time.name)[0], '0.1 ms')}",
             )
-        said = time.unit or next(
-            (
-                unit
-                for part in parts_of(_given(time.name))
-                if isinstance(unit := says(part, TIME), str)
-            ),
-            "",
-        )
+        in_name = [says(part, TIME) for part in parts_of(_given(time.name))]
+        said = time.unit or next((unit for unit in in_name if isinstance(unit, str)), "")
         stated = pint_unit(said, TIME) if said else None
         if stated is not None:
             counts = "it counts from 1970; " if since else ""

@@ -216,9 +216,7 @@ class Matching:
 
     def _only_length(self) -> list[Series]:
         """Returns the only series with a unit of length, if its name says nothing else."""
-        lengths = [
-            one for one in self._signals if stated_unit(one.name, one.unit, POSITION) is not None
-        ]
+        lengths = [one for one in self._signals if stated_unit(one.name, one.unit, POSITION)]
         if len(lengths) != 1 or says_other(lengths[0].name):
             return []
         self._only_length_name = lengths[0].name
@@ -388,12 +386,13 @@ class Matching:
     ) -> RecordError:
         options = [self.map_option(name, series[0], unit) for unit in units]
         options = options or [self.map_option(name, one) for one in series]
+        mend = f"say which is right: {' or '.join(options)}"
         return RecordError(
             self._path,
             problem,
             column=series[0].name,
             expected=f"one column for '{name}', with its unit",
-            mend=f"say which is right: {' or '.join(options)}",
+            mend=mend if name in CHANNELS else "give the whole name of the one to read",
         )
 
 

@@ -260,10 +260,8 @@ def split_ending(name: str) -> tuple[str, str | None]:
         for unit in (" ".join(ending), "/".join(ending)):
             reference = REFERENCE.fullmatch(unit)
             of = reference["unit"] if reference and len(reference["unit"]) > 1 else unit
-            if unit.casefold() in _ENDINGS or (of.casefold() in _ENDINGS and _is_pressure(unit)):
+            if unit.casefold() in _ENDINGS or (
+                of.casefold() in _ENDINGS and pint_unit(unit, SUPPLY_PRESSURE)
+            ):
                 return "_".join(parts[:-count]), unit
     return name, None
-
-
-def _is_pressure(text: str) -> bool:
-    return pint_unit(text, SUPPLY_PRESSURE) is not None

@@ -35,8 +35,9 @@ from .mapping import (
     units_differ,
 )
 from .matching import Matching
+from .names import means, unit_in_name
 from .record import Origin, Record, digest, make_record, without_numbers
-from .resampling import Maker, even_record
+from .resampling import Maker
 from .units import gauge_remarks, in_schema_unit
 from .values import has_sentinels
 
@@ -98,7 +99,7 @@ def read_record(
     from .kinds import opened
 
     with opened(path) as (file, name, sha256):
-        return _record_in(file, path, request, name=name, sha256=sha256)
+        return replace(_record_in(file, path, request), name=name, sha256=sha256)
 
 
 def open_unread(path: Path) -> Log:
@@ -115,9 +116,7 @@ def open_unread(path: Path) -> Log:
         return file if isinstance(file, Log) else file.log()
 
 
-def _record_in(
-    file: Log | Table, path: Path, request: Request, *, name: str, sha256: str | None
-) -> Record:
+def _record_in(file: Log | Table, path: Path, request: Request) -> Record:
     """Returns the record in a file that is open: its table as it is, if it can be, or its log.
 
     Raises
@@ -128,7 +127,7 @@ def _record_in(
     no_signal: RecordError | None = None
     if isinstance(file, Table):
         try:
-            record = None if request.hints else _as_it_is(file, path, request, name, sha256)
+            record = None if request.hints else _as_it_is(file, path, request)
             if record is not None:
                 return record
         except RecordError as error:
@@ -145,7 +144,7 @@ def _record_in(
         file = file.log()
         if no_signal is not None and not file.series and not file.notes:
             raise no_signal
-    return _record_of(file, path, request, name=name, sha256=sha256)
+    return _record_of(file, path, request)
 
 
 def _is_other_log(file_names: Sequence[str]) -> bool:
@@ -155,8 +154,6 @@ def _is_other_log(file_names: Sequence[str]) -> bool:
     """
     if TIME in file_names and POSITION in file_names:
         return False
-    from .names import means, unit_in_name
-
     named = TIME not in file_names and any(means(name, TIME) for name in file_names)
     return named or (
         POSITION not in file_names
@@ -164,9 +161,7 @@ def _is_other_log(file_names: Sequence[str]) -> bool:
     )
 
 
-def _as_it_is(
-    table: Table, path: Path, request: Request, name: str, sha256: str | None
-) -> Record | None:
+def _as_it_is(table: Table, path: Path, request: Request) -> Record | None:
     """Reads a file that has all columns, bit for bit; only an uneven time is resampled.
 
     None where it has other names, another layout, or numbers that stand for no value: such a file
@@ -202,9 +197,7 @@ def _as_it_is(
             columns[target], layout[target].unit, CHANNELS[target].unit
         )
     try:
-        record = make_record(
-            columns, name=name, source=path, sha256=sha256, first_row=table.first_row
-        )
+        record = make_record(columns, source=path, first_row=table.first_row)
         remarks = (
             *(
                 remark
@@ -219,9 +212,10 @@ def _as_it_is(
             *gap_remarks(record),
         )
     except TimeError as error:
-        record, remarks = even_record(
-            columns, error, path=path, name=name, sha256=sha256, first_row=table.first_row
-        )
+        maker = Maker(path, table.first_row, None)
+        even = maker.even(columns, error)
+        record = make_record(even, source=path, first_row=table.first_row)
+        remarks = tuple(maker.remarks)
     remarks = (*left_out, *useless, *remarks)
     return replace(record, origin=Origin(table.ending, (), remarks) if remarks else None)
 
@@ -236,7 +230,7 @@ def _slow_remarks(record: Record) -> tuple[str, ...]:
     )
 
 
-def _record_of(log: Log, path: Path, request: Request, *, name: str, sha256: str | None) -> Record:
+def _record_of(log: Log, path: Path, request: Request) -> Record:
     """Returns the record that a log holds.
 
     Raises
@@ -281,9 +275,7 @@ def _record_of(log: Log, path: Path, request: Request, *, name: str, sha256: str
         *maker.remarks,
     )
     origin = Origin(log.kind, taken, remarks)
-    return make_record(
-        made, name=name, source=path, sha256=sha256, first_row=log.first_row, origin=origin
-    )
+    return make_record(made, source=path, first_row=log.first_row, origin=origin)
 
 
 def record_of_columns(
@@ -311,10 +303,16 @@ def record_of_columns(
         a column has a problem; the message says where it is and how to mend it.
     """
     given = {str(key): _array(values, str(key), name) for key, values in columns.items()}
-    _check(given, name)
-    request = Request(None, (), {}, hints)
-    record = _record_in(_Columns(given, name), Path(name), request, name=name, sha256=None)
-    return replace(record, source=None, sha256=digest(given.items()))
+    if not given:
+        check_columns({}, file=name, first_row=1)
+    for key, array in given.items():
+        if masked_count(array):
+            check_columns({key: array}, file=name, first_row=1)
+        if array.shape[:1] != next(iter(given.values())).shape[:1]:
+            numbers = {one: np.zeros(other.shape) for one, other in given.items()}
+            check_columns(numbers, file=name, first_row=1)
+    record = _record_in(_Columns(given, name), Path(name), Request(None, (), {}, hints))
+    return replace(record, name=name, source=None, sha256=digest(given.items()))
 
 
 class _Columns(Table):
@@ -365,14 +363,3 @@ def _array(values: npt.ArrayLike, column: str, name: str) -> npt.NDArray[Any]:
             expected="a vector, one value a sample",
             mend="give each signal under its own name",
         ) from None
-
-
-def _check(columns: Mapping[str, npt.NDArray[Any]], name: str) -> None:
-    if not columns:
-        check_columns({}, file=name, first_row=1)
-    for key, values in columns.items():
-        if masked_count(values):
-            check_columns({key: values}, file=name, first_row=1)
-        if values.shape[:1] != next(iter(columns.values())).shape[:1]:
-            numbers = {one: np.zeros(array.shape) for one, array in columns.items()}
-            check_columns(numbers, file=name, first_row=1)

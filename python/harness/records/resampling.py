@@ -22,7 +22,6 @@ from .checks import (
 from .clock import Clock, Clocks
 from .errors import RecordError
 from .matching import Choice
-from .record import Record, make_record
 from .uniform import (
     EQUAL,
     FILTER_RATIO,
@@ -79,7 +78,25 @@ class Maker:
                     mend="name another column with --map",
                 )
         leading = _leading(signals, required)
-        return self.together(self._covering(signals, leading), leading), first
+        return self._together(self._covering(signals, leading), leading), first
+
+    def even(self, columns: Mapping[str, FloatArray], error: TimeError) -> dict[str, FloatArray]:
+        """Returns columns of the schema on an even time; `error` is why theirs is none.
+
+        Raises
+        ------
+        RecordError
+            `error`, where the time cannot be repaired.
+        """
+        mended = repaired(np.asarray(columns[TIME]), self.remarks)
+        if mended is None:
+            raise error
+        signals = {
+            name: Timed(mended[0], np.asarray(values)[mended[1]], held=name == COMMAND)
+            for name, values in columns.items()
+            if name != TIME
+        }
+        return self._together(signals, list(signals))
 
     def _covering(
         self, signals: Mapping[str, Timed], leading: Sequence[str]
@@ -147,7 +164,7 @@ class Maker:
         self.remarks = before + [one for one in self.remarks[len(before) :] if one not in before]
         return Timed(mended[0], values[mended[1]], held=name == COMMAND)
 
-    def together(
+    def _together(
         self, signals: Mapping[str, Timed], leading: Sequence[str]
     ) -> dict[str, FloatArray]:
         """Returns the signals and their time; they stay as they are where they are even already.
@@ -313,35 +330,3 @@ def _covers(time_s: FloatArray, start: float, end: float) -> bool:
     """Whether a signal is there from start to end, but for up to one and a half of its steps."""
     room = MISSING_STEPS * usual_step(time_s)
     return bool(time_s[0] <= start + room and time_s[-1] >= end - room)
-
-
-def even_record(
-    columns: Mapping[str, FloatArray],
-    error: TimeError,
-    *,
-    path: Path,
-    name: str,
-    sha256: str | None,
-    first_row: int,
-) -> tuple[Record, tuple[str, ...]]:
-    """Returns a record that follows the schema but for its time, on an even time, and remarks.
-
-    Raises
-    ------
-    RecordError
-        `error`, where the time cannot be repaired.
-    """
-    time_s = np.asarray(columns[TIME])
-    remarks: list[str] = []
-    mended = repaired(time_s, remarks)
-    if mended is None:
-        raise error
-    maker = Maker(path, first_row, None)
-    signals = {
-        one: Timed(mended[0], np.asarray(values)[mended[1]], held=one == COMMAND)
-        for one, values in columns.items()
-        if one != TIME
-    }
-    made = maker.together(signals, list(signals))
-    record = make_record(made, name=name, source=path, sha256=sha256, first_row=first_row)
-    return record, (*remarks, *maker.remarks)

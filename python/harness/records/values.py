@@ -16,6 +16,7 @@ import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 from itertools import product
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -23,11 +24,13 @@ import numpy.typing as npt
 
 from ..base.numbers import FloatArray
 from ..catalogue.channels import CHANNELS, COMMAND, TIME
+from .errors import RecordError
 
 if TYPE_CHECKING:
     import polars as pl
 
 
+CORRECT_CELL = "correct the cell, or name the columns to use"
 DAY_S = 86_400.0
 TRIED_ROWS = 50
 SECONDS = {"ns": 1e-9, "us": 1e-6, "ms": 1e-3, "d": DAY_S}
@@ -212,7 +215,27 @@ def _all(cells: pl.Series, pattern: str) -> bool:
     return bool(cells.str.contains(rf"^[+-]?{pattern}$").all())
 
 
-def plain_number_mend(cell: str) -> str | None:
+def no_number(
+    path: Path, row: int, column: str, cell: str, mend: str, decimal: str = "."
+) -> RecordError:
+    """Returns the error for a cell that is no number; `mend` is for one without a prefix."""
+    return RecordError(
+        path,
+        f"the text '{shown(cell)}' is not a number",
+        row=row,
+        column=column,
+        expected=f"a number such as 0{decimal}125 or 1.2e-3",
+        mend=_plain_number_mend(cell) or mend,
+    )
+
+
+def shown(cell: str) -> str:
+    """Returns a cell as messages have it: not longer than 40 letters."""
+    text = cell.strip()
+    return text if len(text) <= 40 else text[:37] + "..."
+
+
+def _plain_number_mend(cell: str) -> str | None:
     """Returns the remedy for a cell such as "-5.7m"; None for any other text.
 
     The letter is not read: "M" is a million to most programs and a thousandth to LTspice, and "m"

@@ -8,6 +8,7 @@ import shlex
 import tomllib
 from pathlib import Path
 
+import h5py
 import numpy as np
 import pytest
 from hypothesis import given
@@ -318,6 +319,18 @@ def test_two_columns_for_one_channel_are_refused_where_it_is_required(tmp_path: 
     with pytest.raises(RecordError, match="2 columns can be 'position_m'") as caught:
         read_record(path, columns=["command_v", "position_m"])
     assert "--map 'position_m=Stroke [mm]' or --map 'position_m=position [mm]'" in str(caught.value)
+
+
+def test_two_columns_for_a_name_that_is_no_channel_are_refused(tmp_path: Path) -> None:
+    path = tmp_path / "log.h5"
+    with h5py.File(path, "w") as file:
+        for group in ("left", "right"):
+            file[f"{group}/Temperature"] = np.linspace(20.0, 30.0, 50)
+            file[f"{group}/Temperature"].attrs["unit"] = "degC"
+    with pytest.raises(RecordError, match="2 columns can be 'Temperature'") as caught:
+        read_record(path, columns=("Temperature",))
+    assert caught.value.mend == "give the whole name of the one to read"
+    assert read_record(path, columns=("left.Temperature",)).columns["left.Temperature"][0] == 20.0
 
 
 def test_a_command_in_milliamperes_keeps_its_numbers(tmp_path: Path) -> None:

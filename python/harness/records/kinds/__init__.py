@@ -222,12 +222,7 @@ def records_in(folder: Path) -> list[Path]:
 def _refusal(path: Path, data: bytes | None = None) -> RecordError | None:
     """Returns the error for a file of a kind that is known but not read; None for any other file.
 
-    Parameters
-    ----------
-    path
-        its name, whose ending tells the kind where the content does not.
-    data
-        its content, if it has been read already; then only the content counts.
+    Where `data`, its content, has been read already, only the content counts; else its ending, too.
     """
     head = _first_bytes(path) if data is None else data[:HEAD_BYTES]
     known = next((kind for kind in UNREAD if kind.head and re.match(kind.head, head)), None)

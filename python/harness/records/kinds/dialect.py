@@ -126,12 +126,7 @@ def is_date(cell: str) -> bool:
 def sniff(lines: Sequence[str], *, whole: bool) -> Dialect | None:
     """Returns the layout of a text file, or None if its lines are no table of numbers.
 
-    Parameters
-    ----------
-    lines
-        its first lines, at most `SAMPLE_LINES`.
-    whole
-        whether these are all lines.
+    `lines` are its first ones, at most `SAMPLE_LINES`; `whole` is whether these are all.
     """
     filled = [(row, line) for row, line in enumerate(lines, start=1) if line.strip()]
     if not whole:
@@ -340,7 +335,10 @@ def _without_results(body: bytes, delimiter: str) -> tuple[bytes, list[str]]:
     *above, first = body.rsplit(b"\n", ROWS_OF_ONE_FORM)
     lines = [*above[1:], first]
     rows = [_cells_or_line(line.decode("utf-8", "replace"), delimiter) for line in lines]
-    labels = [next((cell for cell in row if _is_result(cell)), "") for row in rows]
+    labels = [
+        next((cell for cell in row if cell.strip(" .:\"'()").casefold() in _RESULTS), "")
+        for row in rows
+    ]
     start = len(rows)
     while start and (labels[start - 1] or not any(rows[start - 1])):
         start -= 1
@@ -357,10 +355,6 @@ def _without_results(body: bytes, delimiter: str) -> tuple[bytes, list[str]]:
 def has_results(body: bytes, delimiter: str) -> bool:
     """Whether rows of sums or means stand below a table."""
     return bool(_without_results(body.rstrip(b"\r\n\t "), delimiter)[1])
-
-
-def _is_result(cell: str) -> bool:
-    return cell.strip(" .:\"'()").casefold() in _RESULTS
 
 
 def is_cut(above: Sequence[str], last: str, decimal: str) -> bool:

@@ -26,7 +26,7 @@ from .dialect import Dialect, cells_of
 from .text_table import Text, TextTable
 
 END, START_SPECIAL, END_SPECIAL = "***End_of_Header***", "***Start_Special***", "***End_Special***"
-FIRST_LINE = "LabVIEW Measurement"
+KIND_OF_LVM, FIRST_LINE = "LabVIEW measurement file (LVM)", "LabVIEW Measurement"
 SEPARATORS = {"tab": "\t", "comma": ","}
 # X values above are absolute: seconds since 1904, here from 1992 on.
 ABSOLUTE_S = 2.8e9
@@ -172,8 +172,7 @@ class _File:
                     "samples: the others are taken to follow without a gap"
                 )
         texts = ("Comment",) if last in by_column else ()
-        row = self._rows[0]
-        return Log("LabVIEW measurement file (LVM)", tuple(made), row, tuple(notes), texts=texts)
+        return Log(KIND_OF_LVM, tuple(made), self._rows[0], tuple(notes), texts=texts)
 
     def _placed(self, read: Callable[[], T]) -> T:
         """Returns what `read` returns; the row of its error is that of the file."""

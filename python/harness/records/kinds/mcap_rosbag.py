@@ -117,22 +117,9 @@ def topic_series(
 ) -> list[Series]:
     """Returns a series for each number in the messages of a topic.
 
-    Parameters
-    ----------
-    topic
-        name of the topic, which is the first part of the names of the series.
-    first
-        one message, which tells the fields.
-    messages
-        returns time in nanoseconds and content of each message of the topic.
-    count
-        number of messages, as the file states it.
-    start_ns
-        time in nanoseconds that counts as 0 s.
-    path
-        the file, for messages of errors.
-    kind
-        what the file is, for the same.
+    `first` is one message, which tells the fields. `messages` returns time in nanoseconds and
+    content of each message; `count` is their number, as the file states it. `start_ns` is the time
+    that counts as 0 s. `path` and `kind` are for messages of errors.
     """
 
     @cache

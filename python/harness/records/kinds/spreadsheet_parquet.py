@@ -85,7 +85,17 @@ def _check_size(data: bytes, path: Path) -> None:
         return
     with damage_named(path, "spreadsheet"), zipfile.ZipFile(BytesIO(data)) as archive:
         BYTES.check(sum(one.file_size for one in archive.infolist()), path)
-        _check_sheets(archive, path)
+        names = [one for one in archive.namelist() if one.lower().endswith(".xml")]
+        texts: list[int] = []
+        for name in names:
+            if name.lower().endswith("sharedstrings.xml"):
+                texts = [len(one) for one in _END_OF_TEXT.split(archive.read(name))]
+        for name in names:
+            content = archive.read(name)
+            if name == "content.xml":
+                _check_ods(content, path)
+            elif b"sheetData" in content:
+                _check_xlsx(content, texts, path)
 
 
 def _exact(log: Log, book: Any, name: str, path: Path) -> tuple[Series, ...]:
@@ -130,27 +140,6 @@ def _as_text(book: Any, name: str, path: Path) -> bytes:
     buffer = BytesIO()
     clean.write_csv(buffer, include_header=False, separator="\t", quote_style="never")
     return buffer.getvalue()
-
-
-def _check_sheets(archive: zipfile.ZipFile, path: Path) -> None:
-    """Checks the sizes of the sheets in an archive whose own sizes are checked.
-
-    Raises
-    ------
-    RecordError
-        a sheet is beyond a limit.
-    """
-    names = [one for one in archive.namelist() if one.lower().endswith(".xml")]
-    texts: list[int] = []
-    for name in names:
-        if name.lower().endswith("sharedstrings.xml"):
-            texts = [len(one) for one in _END_OF_TEXT.split(archive.read(name))]
-    for name in names:
-        content = archive.read(name)
-        if name == "content.xml":
-            _check_ods(content, path)
-        elif b"sheetData" in content:
-            _check_xlsx(content, texts, path)
 
 
 def _check_xlsx(content: bytes, texts: list[int], path: Path) -> None:
@@ -250,7 +239,9 @@ class ParquetTable(Table):
 
     def log(self) -> Log:
         """Returns all signals of the file."""
-        usable = [one for one, dtype in self._schema.items() if _is_usable(dtype)]
+        usable = [
+            one for one, dtype in self._schema.items() if dtype.is_numeric() or dtype.is_temporal()
+        ]
         BYTES.check(self._rows * len(usable) * FLOAT64_BYTES, self._path)
         skipped = tuple(name for name in self._schema if name not in usable)
         return Log("Parquet", tuple(self._series(name) for name in usable), texts=skipped)
@@ -285,10 +276,6 @@ class ParquetTable(Table):
                 expected="real numbers (time in seconds as a number)",
                 mend="convert the column to numbers, or name the columns to use",
             )
-
-
-def _is_usable(dtype: pl.DataType) -> bool:
-    return dtype.is_numeric() or dtype.is_temporal()
 
 
 def _as_float(column: pl.Series) -> FloatArray:

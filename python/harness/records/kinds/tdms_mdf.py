@@ -179,8 +179,12 @@ def read_mdf(data: bytes, path: Path) -> Log:
             path,
         )  # fmt: skip
         COLUMNS.check(sum(len(g.channels) for _, g in groups), path)
-        raw = [number for number, group in groups if _has_raw_frames(group)]
-        if raw and not any(_has_signals(g) for number, g in groups if number not in raw):
+        raw = [n for n, g in groups if any(RAW_FRAME.match(str(one.name)) for one in g.channels)]
+        if raw and not any(
+            int(group.channel_group.cycles_nr) > 0 and len(group.channels) > 1
+            for number, group in groups
+            if number not in raw
+        ):
             raise RecordError(
                 path,
                 "the file holds raw frames of a bus, such as CAN, and no signals",
@@ -198,14 +202,6 @@ def read_mdf(data: bytes, path: Path) -> Log:
     ]
     notes = (f"{len(raw)} groups of raw bus frames are left out: {DECODE}",) if raw else ()
     return Log(f"MDF {version}", tuple(series), notes=notes, texts=tuple(texts))
-
-
-def _has_raw_frames(group: Any) -> bool:
-    return any(RAW_FRAME.match(str(channel.name)) for channel in group.channels)
-
-
-def _has_signals(group: Any) -> bool:
-    return int(group.channel_group.cycles_nr) > 0 and len(group.channels) > 1
 
 
 def _of_group(file: Any, number: int, group: Any, path: Path) -> list[Series]:
@@ -244,17 +240,15 @@ def _of_group(file: Any, number: int, group: Any, path: Path) -> list[Series]:
             str(channel.name),
             count,
             partial(values, index),
-            str(getattr(channel, "unit", "") or "") or _unit_of_channel(file, number, index),
+            str(getattr(channel, "unit", "") or "")
+            or str(file.get_channel_unit(group=number, index=index) or "").strip()
+            or None,
             group=str(number),
             time=time if master is not None else None,
         )
         for index, channel in enumerate(group.channels)
         if index != master
     ]
-
-
-def _unit_of_channel(file: Any, group: int, index: int) -> str | None:
-    return str(file.get_channel_unit(group=group, index=index) or "").strip() or None
 
 
 def _check_compressed(data: bytes, path: Path) -> None:

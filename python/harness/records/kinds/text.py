@@ -18,14 +18,9 @@ import numpy.typing as npt
 
 from ..errors import COLUMNS, GZIP_MAGIC, RecordError
 from ..log import Kind, Log, Table
-from ..values import plain_number_mend
+from ..values import CORRECT_CELL, no_number
 from .dialect import ROWS_OF_ONE_FORM, has_results, is_cut
-from .text_table import (
-    EXPECTED_CSV,
-    UTF16_BOMS,
-    Text,
-    unreadable_line,
-)
+from .text_table import EXPECTED_CSV, UTF16_BOMS, Text, unreadable_line
 
 FIRST_DATA_ROW = 2  # row 1 is the header
 HEAD_ROWS = 100  # rows that tell whether a column holds text
@@ -143,21 +138,12 @@ class CsvTable(Table):
                 return float(text)
         except ValueError:
             pass
-        shown = text if len(text) <= 40 else text[:37] + "..."
-        mend = "correct the cell, or name the columns to use"
+        mend = CORRECT_CELL
         if not text.isascii():
             mend = "write the number with the digits 0 to 9 and a decimal point"
         elif text.replace(",", ".", 1).lstrip("+-").replace(".", "", 1).isdigit():
             mend = "write the number with a decimal point"
-        mend = plain_number_mend(text) or mend
-        raise RecordError(
-            self._path,
-            f"the text '{shown}' is not a number",
-            row=row,
-            column=column,
-            expected="a number such as 0.125 or 1.2e-3",
-            mend=mend,
-        )
+        raise no_number(self._path, row, column, text, mend)
 
     def _ragged(self, row: int, cells: list[str]) -> RecordError:
         if not any(cell.strip() for cell in cells):

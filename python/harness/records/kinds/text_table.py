@@ -18,7 +18,7 @@ from ...catalogue.channels import TIME
 from ..errors import BYTES, COLUMNS, GZIP_MAGIC, LINE, SAMPLES, RecordError
 from ..log import Log, Series
 from ..names import is_counter, means
-from ..values import TRIED_ROWS, Marks, Stamps, marks_of, moments, plain_number_mend
+from ..values import CORRECT_CELL, TRIED_ROWS, Marks, Stamps, marks_of, moments, no_number, shown
 from .dialect import EMPTY, SAMPLE_LINES, Dialect, cells_of, samples_of, sniff
 
 if TYPE_CHECKING:
@@ -268,7 +268,9 @@ class TextTable:
                 raise self._doubtful(name, column, marks.doubtful)
             numbers, bad = _numbers(column, marks)
             if bad.any():
-                raise self._no_number(name, column, int(np.argmax(bad)))
+                k = int(np.argmax(bad))
+                row, decimal = self._dialect.data_row + k, self._dialect.decimal
+                raise no_number(self._path, row, name, column[k], CORRECT_CELL, decimal)
             return numbers
 
         return Series(name, len(column), values, unit, column=number)
@@ -295,17 +297,6 @@ class TextTable:
         numbers, unread = _numbers(head, marks_of(head, self._dialect.decimal))
         return bool(unread.any()) and not bool(np.isfinite(numbers).any())
 
-    def _no_number(self, name: str, column: pl.Series, row: int) -> RecordError:
-        return RecordError(
-            self._path,
-            f"the text '{_shown(column[row])}' is not a number",
-            row=self._dialect.data_row + row,
-            column=name,
-            expected=f"a number such as 0{self._dialect.decimal}125 or 1.2e-3",
-            mend=plain_number_mend(str(column[row]).strip())
-            or "correct the cell, or name the columns to use",
-        )
-
     def _doubtful(self, name: str, column: pl.Series, cell: str) -> RecordError:
         mark = "." if self._dialect.decimal == "," else ","
         rows = column.str.strip_chars() == cell
@@ -325,7 +316,7 @@ class TextTable:
         usual = str(column[int(np.argmax(~np.isnan(found.time_s)))]).strip()
         return RecordError(
             self._path,
-            f"the text '{_shown(column[row])}' is no date or time of the form of '{usual}'",
+            f"the text '{shown(column[row])}' is no date or time of the form of '{usual}'",
             row=self._dialect.data_row + row,
             column=name,
             expected="a date or time of the same form in every row",
@@ -359,11 +350,6 @@ def _numbers(
     numbers = text.str.replace("[dD]([+-]?[0-9]+)$", "e${1}").cast(pl.Float64, strict=False)
     unread = numbers.is_null() & text.is_not_null()
     return numbers.fill_null(float("nan")).to_numpy(), unread.to_numpy()
-
-
-def _shown(cell: str) -> str:
-    text = cell.strip()
-    return text if len(text) <= 40 else text[:37] + "..."
 
 
 def _unique(names: Sequence[str], notes: list[str]) -> list[str]:
