@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
 """What a user says of the columns of a file: which are wanted, and what each of them is.
 
-It is said by the option --map and by lines of [columns] in a rig file.
+It is said by the option --map and by lines of [columns] in a rig file, which are a `Layout`.
 """
 
 from __future__ import annotations

@@ -1,5 +1,8 @@
 # SPDX-License-Identifier: MIT
-"""Names of series, compared without regard to case, accents, separators and order of words."""
+"""Names of series: which channel they mean, and which unit they end in.
+
+They are compared without regard to case, accents, separators and order of words.
+"""
 
 from __future__ import annotations
 

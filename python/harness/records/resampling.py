@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Makes a record of a log: which series is which channel, and all of them on one uniform time."""
+"""Makes columns on one even time of the series that were chosen: as they are, filled, resampled."""
 
 from __future__ import annotations
 
