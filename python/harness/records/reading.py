@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: MIT
 """Reads a record: from a file with the names of the schema, from any log, from columns in memory.
 
-The readers of the kinds of files are imported only when a file is opened.
+The readers of the kinds of files are imported only when a file is opened, and what makes a record
+of a log only where there is one.
 """
 
 from __future__ import annotations
@@ -20,7 +21,6 @@ import numpy.typing as npt
 from ..base.numbers import masked_count
 from ..catalogue.channels import CHANNELS, COMMAND, POSITION, REQUIRED_COLUMNS, TIME
 from .checks import TimeError, check_columns, gap_remarks, without_useless
-from .clock import Clocks
 from .errors import RecordError
 from .log import Log, Part, Table, series_of
 from .mapping import (
@@ -34,10 +34,8 @@ from .mapping import (
     names_in_file,
     units_differ,
 )
-from .matching import Matching
 from .names import means, unit_in_name
 from .record import Origin, Record, digest, make_record, without_numbers
-from .resampling import Maker
 from .units import gauge_remarks, in_schema_unit
 from .values import has_sentinels
 
@@ -212,6 +210,8 @@ def _as_it_is(table: Table, path: Path, request: Request) -> Record | None:
             *gap_remarks(record),
         )
     except TimeError as error:
+        from .resampling import Maker
+
         maker = Maker(path, table.first_row, None)
         even = maker.even(columns, error)
         record = make_record(even, source=path, first_row=table.first_row)
@@ -238,6 +238,10 @@ def _record_of(log: Log, path: Path, request: Request) -> Record:
     RecordError
         a required column is not found, or not without doubt; its time cannot be repaired.
     """
+    from .clock import Clocks
+    from .matching import Matching
+    from .resampling import Maker
+
     required, hints = request.required, request.hints
     named = CHANNELS if request.columns is None else request.columns
     wanted = list(dict.fromkeys([*named, *required, *hints.maps]))
