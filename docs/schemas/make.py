@@ -11,7 +11,7 @@ from ehsid.harness.fitness import RigCheckFile
 from ehsid.harness.fleet import Fleet
 from ehsid.harness.models.estimation import Estimates
 from ehsid.hil.result_file import HilFile
-from ehsid.lab.blind import Seal
+from ehsid.lab.blind.making import Seal
 from ehsid.lab.calibration.checking import Calibration
 from ehsid.lab.scoring.score import ScoreFile
 

@@ -13,7 +13,7 @@ from diagnosis_stand_in import Asked, DiagnosisStandIn
 from made_diagnoses import VERDICTS, made_diagnosis
 
 from ehsid.harness.diagnosis.result import Diagnosis
-from ehsid.lab.blind import Seal, Settings, make_check
+from ehsid.lab.blind.making import Seal, Settings, make_check
 
 TINY = Settings(seed=7, count=5, seconds=2.0)  # one case of each grade
 

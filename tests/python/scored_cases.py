@@ -2,7 +2,7 @@
 """Cases of a check made by hand, with the candidates that the diagnosis tried."""
 
 from ehsid.harness.diagnosis.schema import Candidate
-from ehsid.lab.blind import Answer
+from ehsid.lab.blind.making import Answer
 from ehsid.lab.scoring.judging import Findings, NamedEffect, ScoredCase, judge
 
 BAND, BIAS, LAG = "valve_dead_band", "valve_null_bias", "sensor_lag"

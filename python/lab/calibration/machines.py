@@ -20,7 +20,7 @@ from ehsid.harness.catalogue.parameters import effects as catalogue
 from ehsid.harness.diagnosis.schema import Estimate
 from ehsid.harness.diagnosis.search.maps import QUANTISATION
 
-from ..blind import ANSWERS, RESULTS, SEAL, Answer, Kind, read_answers, read_seal
+from ..blind.making import ANSWERS, RESULTS, SEAL, Answer, Kind, read_answers, read_seal
 from ..scoring.baselines import promises, transfer_of
 from ..scoring.figures import effect_errors
 from ..scoring.judging import (

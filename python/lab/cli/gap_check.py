@@ -15,7 +15,17 @@ from ehsid.harness.cli.console import Console, note, refuse
 from ehsid.harness.cli.options import AsJson, Dask, Workers, on
 from ehsid.harness.cli.progress import progress_of
 
-from ..blind import EXCITATIONS, GRADES, RESULT, SEAL, SENSORS, Seal, Settings, make_check, verify
+from ..blind.making import (
+    EXCITATIONS,
+    GRADES,
+    RESULT,
+    SEAL,
+    SENSORS,
+    Seal,
+    Settings,
+    make_check,
+    verify,
+)
 
 if TYPE_CHECKING:
     from ..scoring.score import Score
@@ -54,7 +64,7 @@ def run_cases(out: Path, seal: Seal, dask: str | None, workers: int | None) -> N
     from ehsid.harness.cli.progress import shown
     from ehsid.harness.diagnosis import diagnose
 
-    from ..blind import run_check, unfinished_cases
+    from ..blind.running import run_check, unfinished_cases
 
     todo, count = len(unfinished_cases(out)), seal.settings.count
     if not todo:

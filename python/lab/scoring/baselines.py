@@ -37,7 +37,7 @@ from ehsid.harness.diagnosis.search.gap_reduction import gap_reduction, window_s
 from ehsid.harness.records import Record, read_record
 from ehsid.harness.rigs import Rig, read_rig
 
-from ..blind import CASES, RESULTS, TRANSFER, Answer
+from ..blind.making import CASES, RESULTS, TRANSFER, Answer
 from .figures import Figure, quantile, share
 from .judging import Findings, Judgement, NamedEffect, ScoredCase, Transfer, group_by, judge
 

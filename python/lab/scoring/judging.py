@@ -50,7 +50,7 @@ from ehsid.harness.diagnosis.schema import (
 )
 from ehsid.harness.diagnosis.search.candidates import friction_laws, spelled_out
 
-from ..blind import Answer, Kind
+from ..blind.making import Answer, Kind
 from .contradictions import contradictions
 
 FAILED = "failed"  # in place of a verdict, where the diagnosis raised an error

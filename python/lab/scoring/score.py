@@ -12,7 +12,7 @@ from pathlib import Path
 import ehsid
 from ehsid.harness.base.parallel import Progress, run_tasks
 
-from ..blind import ANSWERS, RESULTS, SEAL, Answer, Seal, read_answers, read_seal
+from ..blind.making import ANSWERS, RESULTS, SEAL, Answer, Seal, read_answers, read_seal
 from .baselines import (
     Baseline,
     Control,

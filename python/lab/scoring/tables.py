@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 from ehsid.harness.catalogue.parameters import effects
 
-from ..blind import GRADES
+from ..blind.making import GRADES
 from .figures import Figure, Range, SizeError, effect_errors, mean, quantile, rig_errors, share
 from .judging import FAILED, GAP_NAMES, KINDS, SENSORS, ScoredCase, group_by
 

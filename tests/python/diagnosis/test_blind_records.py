@@ -13,7 +13,7 @@ import pytest
 from ehsid.harness.diagnosis import diagnose
 from ehsid.harness.records import make_record
 from ehsid.harness.rigs import parse_rig
-from ehsid.lab.blind import Answer
+from ehsid.lab.blind.making import Answer
 from ehsid.lab.reality import make_case
 from ehsid.lab.reality.case import Kind, Sensors
 from ehsid.lab.reality.variants import Grade

@@ -19,18 +19,8 @@ from published_schemas import check_file
 from ehsid.harness.base.encoding import json_text
 from ehsid.harness.base.parallel import workers
 from ehsid.harness.diagnosis.job import ERROR, Outcome, keep
-from ehsid.lab.blind import (
-    GRADES,
-    SEEDS,
-    SENSORS,
-    Settings,
-    make_check,
-    read_case,
-    read_seal,
-    run_check,
-    unfinished_cases,
-    verify,
-)
+from ehsid.lab.blind.making import GRADES, SEEDS, SENSORS, Settings, make_check, read_seal, verify
+from ehsid.lab.blind.running import read_case, run_check, unfinished_cases
 from ehsid.lab.reality import variants
 from ehsid.lab.reality.case import COLUMNS
 from ehsid.lab.reality.effects import CATALOGUE
@@ -183,7 +173,7 @@ def test_a_check_that_cannot_be_made_leaves_nothing(
     def full(*_: object) -> None:
         raise OSError("no space left on device")
 
-    monkeypatch.setattr("ehsid.lab.blind.write_seal", full)
+    monkeypatch.setattr("ehsid.lab.blind.making.write_seal", full)
     with pytest.raises(OSError, match="no space"), workers(1):
         make_check(tmp_path / "check", replace(TINY, count=1))
     assert list(tmp_path.iterdir()) == []
@@ -275,8 +265,8 @@ RUN = """
 import sys
 from pathlib import Path
 from check_runs import StandIn
-from ehsid.lab.blind import run_check
-from ehsid.lab.blind import verify
+from ehsid.lab.blind.running import run_check
+from ehsid.lab.blind.making import verify
 from ehsid.harness.base.parallel import workers
 
 out = Path(sys.argv[1])

@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 from made_checks import diagnosis, made_answers, write_check
 from made_machines import EFFECTS, drawn_machines, machine
 
-from ehsid.lab.blind import Answer, Settings, write_seal
+from ehsid.lab.blind.making import Answer, Settings, write_seal
 from ehsid.lab.calibration.fitting import read_features, write_features
 from ehsid.lab.calibration.machines import Machine, distinct, read_case, read_checks
 

@@ -15,7 +15,7 @@ from published_schemas import check_file
 from typer.testing import CliRunner
 
 from ehsid.harness.cli import cli
-from ehsid.lab.blind import Settings, write_seal
+from ehsid.lab.blind.making import Settings, write_seal
 from ehsid.lab.calibration.fitting import write_features
 
 pytestmark = pytest.mark.usefixtures("blank_pictures")

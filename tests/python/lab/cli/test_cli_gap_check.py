@@ -114,7 +114,7 @@ def test_other_settings_on_the_same_folder_are_refused(
 @pytest.fixture(scope="module")
 def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
     from ehsid.harness.base.parallel import workers
-    from ehsid.lab.blind import Settings, make_check
+    from ehsid.lab.blind.making import Settings, make_check
 
     out = tmp_path_factory.mktemp("made") / "check"
     with workers(1):

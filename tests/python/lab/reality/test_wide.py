@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from reality_runs import drawn_case
 
 from ehsid.harness.rigs import parse_rig
-from ehsid.lab.blind import ANSWERS, Settings, make_check, read_answers
+from ehsid.lab.blind.making import ANSWERS, Settings, make_check, read_answers
 from ehsid.lab.reality import make_case
 from ehsid.lab.reality.batch import draw_sampling_time
 from ehsid.lab.reality.excitation import (

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from made_checks import diagnosis, made_answers, write_check
 
 from ehsid.harness.diagnosis.schema import Estimate
-from ehsid.lab.blind import Answer
+from ehsid.lab.blind.making import Answer
 from ehsid.lab.scoring.figures import (
     EDGES,
     Claim,

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from ehsid.harness.catalogue.parameters import effects
 from ehsid.harness.diagnosis.search.candidates import spelled_out
-from ehsid.lab.blind import Answer
+from ehsid.lab.blind.making import Answer
 from ehsid.lab.scoring.judging import (
     FAILED,
     NEAR,

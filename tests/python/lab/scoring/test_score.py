@@ -10,7 +10,7 @@ import pytest
 from made_checks import at_random, diagnosis, fair, made_answers, perfect, write_check
 from scipy import stats
 
-from ehsid.lab.blind import Settings
+from ehsid.lab.blind.making import Settings
 from ehsid.lab.reality.effects import CATALOGUE
 from ehsid.lab.scoring.baselines import control
 from ehsid.lab.scoring.judging import Findings, NamedEffect, judge

@@ -1,0 +1,2 @@
+# SPDX-License-Identifier: MIT
+"""Blind checks: makes, seals and runs them."""
