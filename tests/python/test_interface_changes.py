@@ -88,6 +88,7 @@ def test_cpp(headers: Path) -> None:
     }
 
 
+@pytest.mark.slow
 @doxygen_is_needed
 def test_c(headers: Path) -> None:
     changes = table_changes("C", c_table(interface.HEADERS), c_table(headers))

@@ -388,13 +388,13 @@ def test_a_machine_whose_process_is_killed_does_not_end_the_others(
     here: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("ehsid.harness.diagnosis.diagnose", StandIn(kills=("effects-press2",)))
-    shutil.rmtree(here / "fleet" / "lift")
+    for name in ("lift", "saw"):
+        shutil.rmtree(here / "fleet" / name)
     outcome = run("fleet", "--out", "out", workers="2")
     assert outcome.exit_code == 0, outcome.output
     error = (here / "out" / "press2" / "error.txt").read_text(encoding="utf-8")
     assert "its process was killed" in error
-    for name in ("press1", "saw"):
-        assert (here / "out" / name / "diagnosis.json").is_file()
+    assert (here / "out" / "press1" / "diagnosis.json").is_file()
     plain = json.loads((here / "out" / "fleet.json").read_text(encoding="utf-8"))
     assert list(plain["failed"]) == ["press2"]
 

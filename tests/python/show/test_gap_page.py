@@ -169,6 +169,7 @@ def test_page_shows_what_was_found() -> None:
     assert "next experiment" not in text.lower()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("verdict", VERDICTS)
 def test_a_third_simulation_is_shown_only_where_something_was_added(verdict: Any) -> None:
     made = made_diagnosis(verdict)

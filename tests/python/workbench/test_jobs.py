@@ -15,6 +15,8 @@ import pytest
 
 from ehsid.workbench.jobs import Job, Report, State
 
+pytestmark = pytest.mark.slow
+
 WAIT_S = 60.0
 
 
@@ -63,7 +65,6 @@ def until(condition: Callable[[], bool]) -> None:
         time.sleep(0.02)
 
 
-@pytest.mark.slow
 def test_a_job_goes_on_and_ends(tmp_path: Path) -> None:
     job, told = started(tmp_path, well, tmp_path / "result")
     job.wait(WAIT_S)
@@ -78,7 +79,6 @@ def test_a_job_goes_on_and_ends(tmp_path: Path) -> None:
     assert job.left_s is None
 
 
-@pytest.mark.slow
 def test_bad_input_is_told_in_its_own_words(tmp_path: Path) -> None:
     job, _ = started(tmp_path, badly)
     job.wait(WAIT_S)
@@ -89,7 +89,6 @@ def test_bad_input_is_told_in_its_own_words(tmp_path: Path) -> None:
     assert not (tmp_path / "errors.log").exists()
 
 
-@pytest.mark.slow
 def test_a_fault_of_the_program_goes_to_the_log_and_not_to_the_page(tmp_path: Path) -> None:
     job, _ = started(tmp_path, wrongly)
     job.wait(WAIT_S)
@@ -99,7 +98,6 @@ def test_a_fault_of_the_program_goes_to_the_log_and_not_to_the_page(tmp_path: Pa
     assert "KeyError" in (tmp_path / "errors.log").read_text()
 
 
-@pytest.mark.slow
 def test_a_job_is_cancelled_and_its_process_ends(tmp_path: Path) -> None:
     job, _ = started(tmp_path, for_ever, tmp_path / "pid")
     until(lambda: job.share == 0.5)
@@ -112,7 +110,6 @@ def test_a_job_is_cancelled_and_its_process_ends(tmp_path: Path) -> None:
     assert job.state is State.cancelled
 
 
-@pytest.mark.slow
 @pytest.mark.skipif(sys.platform == "win32", reason="there is no SIGKILL")
 def test_a_lost_worker_is_told(tmp_path: Path) -> None:
     job, _ = started(tmp_path, for_ever, tmp_path / "pid")
@@ -137,7 +134,6 @@ if __name__ == "__main__":
 """
 
 
-@pytest.mark.slow
 @pytest.mark.skipif(sys.platform == "win32", reason="there is no SIGKILL")
 def test_a_worker_ends_with_the_process_that_started_it(tmp_path: Path) -> None:
     path, script = tmp_path / "pid", tmp_path / "parent.py"

@@ -69,6 +69,7 @@ def test_no_equation_gains_where_nothing_is_missing() -> None:
     assert equation_shares(case, calibrated) == ((), ())
 
 
+@pytest.mark.slow
 def test_friction_comes_back_over_the_velocity() -> None:
     found = unknown_input(terms_of("coulomb_friction")["force"])
     assert found.of in ("velocity_m_s", "position_by_direction_m")

@@ -9,6 +9,8 @@ import pytest
 import ehsid
 from ehsid.lab.studies.verdicts import B, compare_starts
 
+pytestmark = pytest.mark.slow
+
 SEEDS = range(200)
 # Quiet, and that of the published fit: its loss, 0.0228, is the variance.
 NOISES = (0.01, 0.151)
@@ -28,7 +30,6 @@ def with_wrong_model(noise: float, **more: Any) -> tuple[float, float, float]:
     return medians(ehsid.FRatio(), noise, tolerance=0.1, model_b=0.5, judged=B, **more)
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(
     "noise", [NOISES[0], *(pytest.param(one, marks=pytest.mark.thorough) for one in NOISES[1:])]
 )
@@ -40,7 +41,6 @@ def test_a_start_from_the_model_settles_sooner(noise: float) -> None:
     assert sooner > 0.9
 
 
-@pytest.mark.slow
 def test_a_wrong_model_in_little_noise_is_dropped_at_once() -> None:
     seeded, vague, _ = with_wrong_model(0.01)
     # The first sample shows nothing yet, the reset fires at the fifth large error, and up to two
@@ -68,7 +68,6 @@ def test_more_inflation_forgives_a_wrong_model_sooner() -> None:
     assert samples[0] > 4 * samples[2]  # measured 2000 (not at all), 464, 74
 
 
-@pytest.mark.slow
 def test_forgetting_that_starts_low_gives_the_start_away() -> None:
     # Eq. (15) from 0.95 keeps a product of exp(-5) of it: the medians differ by chance only, of 40
     # runs whose settling times scatter by a half, so by 0.1 of themselves.
@@ -77,7 +76,6 @@ def test_forgetting_that_starts_low_gives_the_start_away() -> None:
     assert sooner < 0.5
 
 
-@pytest.mark.slow
 def test_after_a_change_of_the_plant_both_return_alike() -> None:
     starts = compare_starts(ehsid.FRatio(), SEEDS, noise=0.01, change=(1000, 1.5))
     seeded, vague = starts.settled(start=1000)

@@ -13,17 +13,17 @@ from typer.testing import CliRunner
 
 from ehsid.harness.cli import cli
 
+pytestmark = pytest.mark.slow
+
 WIDE = {"COLUMNS": "4000"}  # no message is broken into lines
 
 
-@pytest.mark.slow
 def test_its_help_names_the_extra_without_importing_it() -> None:
     outcome = CliRunner().invoke(cli, ["app", "--help"], env={"COLUMNS": "200"})
     assert outcome.exit_code == 0
     assert "pip install 'ehsid[app,logs]'" in outcome.output
 
 
-@pytest.mark.slow
 def test_a_port_that_is_taken_is_told(tmp_path: Path) -> None:
     pytest.importorskip("panel", reason="the extra app is not installed")
     with socket.socket() as taken:
@@ -37,7 +37,6 @@ def test_a_port_that_is_taken_is_told(tmp_path: Path) -> None:
     assert "Traceback" not in outcome.stderr
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("folder", ["file/machines", "file", "x" * 300])
 def test_a_folder_that_cannot_be_made_is_told(folder: str, tmp_path: Path) -> None:
     pytest.importorskip("panel", reason="the extra app is not installed")
