@@ -49,8 +49,7 @@ from ehsid.harness.base.parallel import on_cluster, workers
 from ehsid.harness.cli.gap_fleet import read_machine
 from ehsid.harness.diagnosis import diagnose
 from ehsid.harness.diagnosis.result import Diagnosis
-from ehsid.harness.fleet.ranking import read_fleet
-from ehsid.harness.fleet.running import run_fleet, unfinished_machines
+from ehsid.harness.fleet import read_fleet, run_fleet, unfinished_machines
 from ehsid.harness.records import Record, write_record
 from ehsid.harness.rigs import Rig, read_rig, write_rig
 from ehsid.harness.show.fleet_page import write_fleet
