@@ -228,7 +228,8 @@ def test_a_rig_file_is_dropped(page: Any, served: Any, tmp_path: Path) -> None:
 
 
 def ready_for_the_gap(page: Any, tmp_path: Path) -> None:
-    drop(page, german_log(tmp_path / "run.csv"), BENCH)
+    """A diagnosis at work: the log is long, so that it goes on for a while."""
+    drop(page, german_log(tmp_path / "run.csv", 20.0), BENCH)
     page.get_by_role("button", name="Next: Map").wait_for()
     press(page, "3 Rig")
     press(page, "Next: Check")
