@@ -88,8 +88,8 @@ TEST(CRiv, HasTheBitsOfCpp) {
   EXPECT_GT(counts[EHSID_OUT_OF_RANGE], 0);
   EXPECT_EQ(counts[EHSID_INVALID_INPUT], 1);
   EXPECT_GT(counts[EHSID_FILLING], 0);
-  // 1e-2 of a parameter of 2.24: ten times the deviation that 0.02 of sensor noise leaves after 2000 samples.
-  EXPECT_NEAR(cpp.theta_hat()[0], -2.2390F, 10.0F * cpp.standard_deviation()[0]);
+  // Three deviations of 0.05. Least squares says -1.90 to -1.98 here, where the noise is on the sensor.
+  EXPECT_NEAR(cpp.theta_hat()[0], -2.2390F, 3.0F * cpp.standard_deviation()[0]);
 }
 
 TEST(CRiv, ASnapshotGoesOn) {

@@ -234,6 +234,17 @@ TEST(Parts, InAHoldForgettingWaitsWhereTheAccountIsKept) {
   EXPECT_GT(winds_up.recursion().P().trace(), 1e3F * waits.recursion().P().trace());
 }
 
+TEST(Parts, ASnapshotOfAnotherCeilingIsRefused) {
+  // Its start values are gone, but what they gave to the ceiling of P decides how it goes on.
+  Estimator<ehsid::NoParts> first;
+  Estimator<ehsid::NoParts> second;
+  Estimator<ehsid::NoParts>::Options options;
+  options.variance0[2] = 1e3F;
+  ASSERT_EQ(second.configure(options), Status::ok);
+  const auto saved = first.save();
+  EXPECT_EQ(second.check(saved.data(), saved.size()), ehsid::SnapshotFault::other_configuration);
+}
+
 TEST(Parts, ASnapshotOfOtherPartsIsRefused) {
   Estimator<OnlyCompensation> first;
   Estimator<ehsid::NoParts> second;

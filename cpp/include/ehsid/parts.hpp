@@ -5,7 +5,7 @@
 namespace ehsid {
 
 /// All parts, the default. What stays in every estimator: each step is checked before it is kept, P has a ceiling, a sample
-/// of zeros, NaN or Inf is refused.
+/// of zeros is left out, and one with NaN or Inf is refused.
 struct AllParts {
   /// Forgetting waits, and samples are left out, while some parameter is not excited (information_account.hpp). Without it
   /// forgetting winds P up in a hold, as far as its ceiling.
@@ -19,7 +19,8 @@ struct AllParts {
   static constexpr bool kReset = true;
   /// settled() and excitation() (monitor.hpp).
   static constexpr bool kConvergence = true;
-  /// Whether the residuals are white, and converged(), which needs kConvergence, too (whiteness.hpp).
+  /// Whether the residuals are white, and converged(), which needs kConvergence, too (whiteness.hpp). Without it nothing
+  /// tells that noise on the position sensor biases theta.
   static constexpr bool kWhiteness = true;
 };
 
