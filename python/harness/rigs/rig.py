@@ -28,6 +28,7 @@ from ..catalogue.parameters import (
 from ..catalogue.spellings import ParameterKey
 from ..records import ColumnMap
 from .checks import RigError, not_a_number, unknown, value_text
+from .simulator_section import SimulatorSection
 
 EQUATIONS, VARIABLES = ehsid.plant_tables()
 # Section of the rig file below which each table has a section with its name.
@@ -152,7 +153,7 @@ MOST_SIGMAS = 4.0
 # Relative 1-sigma of a nuisance whose value a rig file states.
 STATED_NUISANCE = 0.3
 
-PlantName = Literal["ehs", "axis", "linear"]
+PlantName = Literal["ehs", "axis", "linear", "simulator"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -162,7 +163,7 @@ class Rig:
     name: str
     """Name of the machine."""
     plant: PlantName
-    """Type of the plant: "ehs", "axis" or "linear"."""
+    """Type of the plant: "ehs", "axis" or "linear", or "simulator", a program of the user."""
     values: Mapping[str, float]
     """Values in SI units by full name, e.g. "load.mass_kg" or "effects.valve_lag.bandwidth_hz". An
     effect without values is off."""
@@ -174,6 +175,8 @@ class Rig:
     """Layout of the records by column name of the schema, for the `layout` of `read_record`."""
     tables: Mapping[str, TableLaw] = field(default_factory=dict)
     """Terms of the equations that have no name in the catalogue, by their own names."""
+    simulator: SimulatorSection | None = None
+    """The program of the user, of a plant "simulator" only."""
 
     def __post_init__(self) -> None:
         for name in ("values", "uncertainty", "sensors", "columns", "tables"):
@@ -182,7 +185,8 @@ class Rig:
     def __reduce__(self) -> tuple[type[Rig], tuple[Any, ...]]:
         # A mapping proxy cannot be pickled. Another process receives plain dictionaries.
         mappings = (self.values, self.uncertainty, self.sensors, self.columns, self.tables)
-        return Rig, (self.name, self.plant, *(dict(mapping) for mapping in mappings))
+        plain = (dict(mapping) for mapping in mappings)
+        return Rig, (self.name, self.plant, *plain, self.simulator)
 
     def with_values(self, values: Mapping[str, float]) -> Rig:
         """Returns the rig with some values replaced or added, by full name.
