@@ -27,11 +27,21 @@ def effect_name(identifier: str) -> str:
 
 
 # Subsystems that a plant does not have. A motor needs neither valve nor oil. In the linear model,
-# two constants describe the oil completely.
+# two constants describe the oil completely. What a user's simulator lacks is told by its ports.
 LACKS = MappingProxyType(
-    {"ehs": (), "axis": ("valve", "hydraulics"), "linear": ("hydraulics",)},
+    {"ehs": (), "axis": ("valve", "hydraulics"), "linear": ("hydraulics",), "simulator": ()},
 )
 PLANTS = tuple(LACKS)
+# Values of the rig that a user's simulator does not have itself, and that effects are stated with:
+# whether a rig file must have them.
+OF_SIMULATOR = MappingProxyType(
+    {
+        "valve.rated_command_v": True,
+        "cylinder.stroke_m": False,
+        "supply.pressure_pa": False,
+        "supply.tank_pressure_pa": False,
+    }
+)
 
 
 @cache
@@ -55,9 +65,18 @@ def effects() -> MappingProxyType[str, ehsid.EffectInfo]:
 def belongs_to(name: str, plant: str) -> bool:
     """Returns whether the plant needs this value of the rig."""
     key = ParameterKey(name)
+    if plant == "simulator":
+        return OF_SIMULATOR.get(name, False)
     # The plant "ehs" has several sections, each of the others has one section of its own name.
     owner = key.section if key.section in PLANTS else "ehs"
     return key.is_rig_value and owner == plant
+
+
+def may_have(name: str, plant: str) -> bool:
+    """Returns whether a rig file of the plant may have this value of the plant."""
+    if plant == "simulator":
+        return name in OF_SIMULATOR or ParameterKey(name).effect is not None
+    return belongs_to(name, plant) or not ParameterKey(name).is_rig_value
 
 
 def acts_on(effect: ehsid.EffectInfo, plant: str) -> bool:

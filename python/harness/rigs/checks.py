@@ -14,7 +14,14 @@ from typing import Any
 import ehsid
 
 from ..catalogue.channels import CHANNELS
-from ..catalogue.parameters import acts_on, belongs_to, effects, names_of, plant_parameters
+from ..catalogue.parameters import (
+    acts_on,
+    belongs_to,
+    effects,
+    may_have,
+    names_of,
+    plant_parameters,
+)
 from ..catalogue.spellings import ParameterKey
 from ..records import RecordError
 from ..records.errors import Limit, nearest_name, read_file
@@ -257,9 +264,7 @@ def check_complete(values: Mapping[str, object], plant: str) -> list[str]:
     problems += [
         f"'{name}': a plant \"{plant}\" has no such value; remove it, or correct 'plant'"
         for name in values
-        if name in plant_parameters()
-        and ParameterKey(name).is_rig_value
-        and not belongs_to(name, plant)
+        if name in plant_parameters() and not may_have(name, plant)
     ]
     problems += [
         f"'effects.{effect.id}': a plant \"{plant}\" has no {effect.subsystem}; remove it, "

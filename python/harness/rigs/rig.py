@@ -14,7 +14,7 @@ import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from types import MappingProxyType
-from typing import Any, Literal
+from typing import Any, Literal, TypeVar
 
 import numpy as np
 import numpy.typing as npt
@@ -28,7 +28,7 @@ from ..catalogue.parameters import (
 from ..catalogue.spellings import ParameterKey
 from ..records import ColumnMap
 from .checks import RigError, not_a_number, unknown, value_text
-from .simulator_section import SimulatorSection
+from .simulator_section import PREFIX, SimulatorSection, own_name
 
 EQUATIONS, VARIABLES = ehsid.plant_tables()
 # Section of the rig file below which each table has a section with its name.
@@ -153,6 +153,18 @@ MOST_SIGMAS = 4.0
 # Relative 1-sigma of a nuisance whose value a rig file states.
 STATED_NUISANCE = 0.3
 
+Value = TypeVar("Value")
+
+
+def _split(values: Mapping[str, Value]) -> tuple[dict[str, Value], dict[str, Value]]:
+    """Returns the values of the plant by full name, and those of a simulator by its own names."""
+    own = {name: of for name in values if (of := own_name(name)) is not None}
+    return (
+        {name: value for name, value in values.items() if name not in own},
+        {of: values[name] for name, of in own.items()},
+    )
+
+
 PlantName = Literal["ehs", "axis", "linear", "simulator"]
 
 
@@ -200,14 +212,30 @@ class Rig:
         from .checks import check_complete, check_relations, check_values
 
         all_values = {**self.values, **values}
-        problems = check_values(values) + check_complete(all_values, self.plant)
+        plain, own = _split(values)
+        problems = check_values(plain) + check_complete(all_values, self.plant)
         problems += check_relations(all_values)
+        if self.simulator is not None:
+            from .carried import check_carried
+            from .simulator_file import check_own_values
+
+            problems += check_own_values(self.simulator, own)
+            problems += check_carried(self.simulator, all_values)
+        elif own:
+            problems += [f"'{PREFIX}{name}': the rig has no simulator" for name in own]
         if problems:
             raise RigError(self.name, problems)
         return replace(self, values={name: float(value) for name, value in all_values.items()})
 
     def sigma(self, name: str) -> float:
-        """Returns the relative 1-sigma of a value; a default if the rig file gives none."""
+        """Returns the relative 1-sigma of a value; a default if the rig file gives none.
+
+        For a value of the user's simulator it is that of the rig file: of the logarithm where the
+        file says so, else in the unit of the simulator.
+        """
+        own = own_name(name)
+        if own is not None and self.simulator is not None:
+            return self.simulator.parameters[own].sigma
         if name in self.uncertainty:
             return self.uncertainty[name]
         return STATED_NUISANCE if ParameterKey(name).is_nuisance else plant_parameters()[name].sigma
@@ -222,10 +250,11 @@ class Rig:
 
         For values that the rig does not contain, effects are off and all other values are typical
         ones, except that the start position is mid-stroke. `overrides` has values by full name
-        that replace those of the rig.
+        that replace those of the rig. Values of a user's simulator are left out.
         """
         start = 0.5 * self.values.get("cylinder.stroke_m", 0.0)
-        values = {ParameterKey.of_initial("position_m"): start, **self.values, **(overrides or {})}
+        values, _ = _split({**self.values, **(overrides or {})})
+        values = {ParameterKey.of_initial("position_m"): start, **values}
         unknown = sorted(values.keys() - plant_parameters().keys())
         if unknown:
             raise KeyError(unknown[0])

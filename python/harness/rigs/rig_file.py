@@ -24,6 +24,7 @@ from ..catalogue.spellings import effect_values
 from ..records import ColumnMap
 from ..records.errors import nearest_name
 from ..records.units import is_convertible, usual_units
+from .carried import check_carried
 from .checks import (
     RigError,
     check_complete,
@@ -38,8 +39,11 @@ from .checks import (
     value_text,
 )
 from .rig import PlantName, Rig, parse_tables
+from .simulator_file import SECTION as SIMULATOR
+from .simulator_file import parse_simulator, simulator_table
+from .simulator_section import SimulatorSection, full_name, own_name
 
-TABLES = ("uncertainty", "sensors", "effects", "columns")
+TABLES = ("uncertainty", "sensors", "effects", "columns", SIMULATOR)
 
 
 def read_rig(path: str | os.PathLike[str]) -> Rig:
@@ -51,11 +55,20 @@ def read_rig(path: str | os.PathLike[str]) -> Rig:
         the file has problems; the message lists all of them with key, value and what was expected.
     """
     path = Path(path)
-    return parse_rig(read_text(path), source=path)
+    return parse_rig(read_text(path), source=path, folder=path.absolute().parent)
 
 
-def parse_rig(text: str, *, source: object = "rig") -> Rig:
-    """Reads and checks the text of a rig file; `source` names the text in messages.
+def parse_rig(text: str, *, source: object = "rig", folder: Path | None = None) -> Rig:
+    """Reads and checks the text of a rig file.
+
+    Parameters
+    ----------
+    text
+        the text, TOML.
+    source
+        names the text in messages.
+    folder
+        what the paths of a user's simulator are relative to; None is the current folder.
 
     Raises
     ------
@@ -78,9 +91,12 @@ def parse_rig(text: str, *, source: object = "rig") -> Rig:
     tables = parse_tables(_effects(document).get("table", {}), plant, problems)
     sensors = _table(document, "sensors", problems)
     problems += check_sensors(sensors)
+    simulator = _simulator(document, plant, folder or Path.cwd(), values, problems)
     columns = _columns(_table(document, "columns", problems), problems)
     if problems:
         raise RigError(source, problems)
+    own = {} if simulator is None else simulator.parameters
+    values |= {full_name(name): one.value for name, one in own.items()}
     return Rig(
         name=str(name),
         plant=cast(PlantName, plant),
@@ -89,7 +105,35 @@ def parse_rig(text: str, *, source: object = "rig") -> Rig:
         sensors={key: float(value) for key, value in sensors.items()},
         columns=columns,
         tables=tables,
+        simulator=simulator,
     )
+
+
+def _simulator(
+    document: Mapping[str, Any],
+    plant: object,
+    folder: Path,
+    values: Mapping[str, object],
+    problems: list[str],
+) -> SimulatorSection | None:
+    """Returns the user's simulator of a plant "simulator"; appends all problems."""
+    given = document.get(SIMULATOR)
+    if plant != SIMULATOR:
+        if given is not None:
+            problems.append(
+                f"'{SIMULATOR}': a plant {value_text(plant)} has no such section; remove it, or "
+                "correct 'plant'"
+            )
+        return None
+    section, _ = parse_simulator(given, folder, problems)
+    if "table" in _effects(document):
+        problems.append(
+            f"'effects.table': a table acts inside the plants of ehsid, and a plant "
+            f'"{SIMULATOR}" has none; remove it'
+        )
+    if section is not None:
+        problems += check_carried(section, values)
+    return section
 
 
 def _effects(document: Mapping[str, Any]) -> dict[str, Any]:
@@ -187,10 +231,16 @@ def _columns(table: Mapping[str, Any], problems: list[str]) -> dict[str, ColumnM
     return columns
 
 
-def rig_text(rig: Rig) -> str:
-    """Returns the rig as TOML text; reading this text gives exactly the same rig."""
+def rig_text(rig: Rig, folder: Path | None = None) -> str:
+    """Returns the rig as TOML text; reading this text gives exactly the same rig.
+
+    The paths of a user's simulator stay as they were stated where `folder`, in which the file will
+    stand, is that of the file they were read from; else they become absolute.
+    """
     document: dict[str, Any] = {"name": rig.name, "plant": rig.plant}
     for name, value in rig.values.items():
+        if own_name(name) is not None:
+            continue
         *sections, key = name.split(".")
         table = document
         for section in sections:
@@ -204,6 +254,8 @@ def rig_text(rig: Rig) -> str:
             "knots": list(law.knots),
             "values": list(law.values),
         }
+    if rig.simulator is not None:
+        document[SIMULATOR] = simulator_table(rig.simulator, rig.values, folder)
     if rig.uncertainty:
         document["uncertainty"] = dict(rig.uncertainty)
     if rig.sensors:
@@ -226,7 +278,7 @@ def write_rig(rig: Rig, path: str | os.PathLike[str]) -> None:
     """
     path = Path(path)
     try:
-        write_text(path, rig_text(rig))
+        write_text(path, rig_text(rig, path.parent))
     except (OSError, ValueError) as error:  # ValueError: a zero byte in the path
         reason = error.strerror if isinstance(error, OSError) else error
         raise RigError(path, [f"cannot be written ({reason})"]) from None
