@@ -35,6 +35,8 @@ _KINDS = {
     "Float64": REAL,
     "Integer": WHOLE,
     "Enumeration": WHOLE,
+    "Int32": WHOLE,
+    "Int64": WHOLE,
     "Boolean": YES_NO,
 }
 
