@@ -167,6 +167,39 @@ def _print(entries: Sequence[Entry], out: Path, console: Console) -> None:
     console.print(f"next: ehsid rig check {out} RECORD", soft_wrap=True)
 
 
+def _of_simulator(
+    simulator: str, out: Path, name: str, given: dict[str, str | None], console: Console
+) -> None:
+    """Writes the rig file of a user's simulator, and prints what was taken for what."""
+    from ..rigs.quantities import read_quantity
+    from ..rigs.simulator_new import GIVEN, new_simulator_rig
+
+    stated = {name: text for name, text in given.items() if text is not None}
+    others = [f"--{name}" for name in stated if name not in GIVEN]
+    if others:
+        raise ValueError(
+            f"{', '.join(others)}: a simulator has this itself: expected only "
+            f"{', '.join(f'--{name}' for name in GIVEN)} with --simulator; leave it out"
+        )
+    asked = {question.name: question for question in QUESTIONS["ehs"]}
+    known = {
+        name: read_quantity(text, f"--{name}", asked[name].usual, asked[name].si)
+        for name, text in stated.items()
+    }
+    with result_files(out, "rig-new") as folder:
+        made = new_simulator_rig(simulator, out.absolute().parent, name or out.stem, known)
+        write_text(folder / out.name, made.text)
+    from ..show.page import Table
+
+    print_blocks([Table("", ("value", "is", "why"), list(made.taken))], console)
+    if made.missing:
+        console.print("to be filled in before it is a rig:")
+        for problem in made.missing:
+            console.print(f"  {problem}", soft_wrap=True)
+    console.print(f"rig: {out}; fill in its lines with '# ...  # fill in'", soft_wrap=True)
+    console.print(f"next: ehsid rig check {out} RECORD", soft_wrap=True)
+
+
 def rig_new_command(
     out: Annotated[Path, typer.Option(help="rig file to write, TOML")],
     plant: Annotated[
@@ -204,6 +237,10 @@ def rig_new_command(
     force_gain: Annotated[str | None, _option("force-gain")] = None,
     position_noise: Annotated[str | None, _option("position-noise")] = None,
     pressure_noise: Annotated[str | None, _option("pressure-noise")] = None,
+    simulator: Annotated[
+        str | None,
+        typer.Option(help="your own simulator instead: model.fmu, or FILE.py:NAME; never run"),
+    ] = None,
 ) -> None:
     """Write a rig file from what is known of a machine, and fill in the rest.
 
@@ -213,6 +250,8 @@ def rig_new_command(
 
     Example: ehsid rig new --bore "63 mm" --rod "35 mm" --stroke "300 mm" --supply "120 bar"
     --rated-flow "38 l/min" --mass "120 kg" --out rig.toml
+
+    ehsid rig new --simulator model.fmu --stroke "300 mm" --out rig.toml
     """
     console = Console()
     given = {
@@ -239,6 +278,9 @@ def rig_new_command(
         "position-noise": position_noise,
         "pressure-noise": pressure_noise,
     }
+    if simulator is not None:
+        _of_simulator(simulator, out, name, given, console)
+        return
     with result_files(out, "rig-new") as folder:
         from ..rigs.new import axis_entries, ehs_entries
         from ..rigs.questions import check_pairs, rig_file_text

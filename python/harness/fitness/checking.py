@@ -14,6 +14,7 @@ from ..diagnosis.data.gate_ranges import check_clock, longer
 from ..diagnosis.schema import Remark
 from ..records import Record
 from ..rigs import Rig
+from ..rigs.carried import simulator_notes
 from .finding import (
     Finding,
     RecordCheck,
@@ -94,7 +95,8 @@ def check_rig(record: Record, rig: Rig) -> RecordCheck:
         expected = expected_speed(part, rig, moved, area)
     elif rig.plant == "axis":
         findings.append(_mass(part, rig, Areas(0.0, 0.0, 0.0, 0.0)))
-    if not wrong_way:
+    # What the lag of a user's simulator accounts for is not known before it runs.
+    if not wrong_way and rig.plant != "simulator":
         findings.append(_delay(part, rig, moved))
         findings += ringing_finding(part, rig)
     return RecordCheck(record.name, tuple(findings), notes, time, moved.speed, expected)
@@ -137,7 +139,7 @@ def _notes(record: Record, rig: Rig, supply: Sequence[Remark]) -> tuple[str, ...
             "without chamber pressures the record cannot tell the areas, the mass, or a supply "
             "pressure apart from the valve's flow"
         )
-    return tuple(notes)
+    return (*notes, *simulator_notes(rig))
 
 
 def _hydraulics(

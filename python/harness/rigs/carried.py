@@ -10,8 +10,9 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping
 from typing import TYPE_CHECKING
 
-from ..catalogue.parameters import effects
+from ..catalogue.parameters import effect_name, effects
 from ..catalogue.spellings import ParameterKey
+from ..simulators.description import FmuError, read_description
 from .simulator_section import SimulatorSection
 
 if TYPE_CHECKING:
@@ -100,3 +101,26 @@ def check_carried(section: SimulatorSection, values: Mapping[str, object]) -> li
         for effect, reason in carried_by(section, values).items()
         if reason is not None and effect in active
     ]
+
+
+def simulator_notes(rig: Rig) -> tuple[str, ...]:
+    """Returns what a user should know of her simulator before it runs, in whole sentences.
+
+    That is what its FMU asks for, and which effects cannot be judged with it. A rig without a
+    simulator has no notes.
+    """
+    section = rig.simulator
+    if section is None:
+        return ()
+    notes: list[str] = []
+    if section.fmu is not None:
+        try:
+            notes += read_description(section.path).remarks
+        except FmuError as error:
+            notes.append(f"{section.fmu}: {error}")
+    reasons: dict[str, list[str]] = {}
+    for effect, reason in carried(rig).items():
+        if reason is not None:
+            reasons.setdefault(reason, []).append(effect_name(effect))
+    notes += [f"cannot be judged: {', '.join(names)}: {why}" for why, names in reasons.items()]
+    return tuple(notes)

@@ -28,6 +28,7 @@ from .simulator_section import (
     SimulatorValue,
     full_name,
 )
+from .simulator_units import UNITS
 
 SECTION = "simulator"
 KEYS = ("fmu", "python", "step_s", "tolerance")
@@ -35,19 +36,6 @@ TABLES = ("scales", "inputs", "outputs", "ports", "start", "constants", "valve_l
 SCALES = ("force_n", "flow_m3_s")
 OF_VALUE = ("value", "sigma", "log")
 LARGEST_TOLERANCE = 0.2
-# Contract name -> SI unit.
-UNITS = {
-    COMMAND: "V",
-    "force_n": "N",
-    "position_m": "m",
-    "velocity_m_s": "m/s",
-    "pressure_a_pa": "Pa",
-    "pressure_b_pa": "Pa",
-    "supply_pressure_pa": "Pa",
-    "supply_flow_m3_s": "m^3/s",
-    "flow_a_m3_s": "m^3/s",
-    "flow_b_m3_s": "m^3/s",
-}
 POSITION = "position_m"
 
 

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 
@@ -210,7 +211,7 @@ def program_of_python(text: str, base: Path, problems: list[str]) -> Program:
     if not place.is_file:
         return Program()
     try:
-        source = read_source(base / place.where, place.name)
+        source = read_source(Path(os.path.normpath(base / place.where)), place.name)
     except SourceError as error:
         problems.append(f"'simulator.python' = {value_text(text)}: {error}")
         return Program()

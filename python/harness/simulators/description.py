@@ -107,6 +107,19 @@ class Description:
         """Whether there is a library for the platform of this Python."""
         return platform_names()[self.major] in self.platforms
 
+    @property
+    def remarks(self) -> tuple[str, ...]:
+        """What a user should know of the FMU, in whole sentences."""
+        remarks = []
+        if self.needs_tool:
+            remarks.append(
+                "the FMU needs the tool that it was exported from: expected that tool, with its "
+                "licence, on this machine"
+            )
+        if self.once_per_process:
+            remarks.append("a process can have one instance of the FMU only: each has its own")
+        return tuple(remarks)
+
 
 @cache
 def platform_names() -> Mapping[int, str]:

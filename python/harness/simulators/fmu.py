@@ -93,7 +93,7 @@ class OpenedFmu:
     @property
     def remarks(self) -> tuple[str, ...]:
         """What a user should know of it."""
-        return remarks_of(self._description)
+        return self._description.remarks
 
     def start(self, values: Mapping[str, float], position_m: float | None = None) -> FmuFunctions:
         """Brings the FMU to its start with values by its own names."""
@@ -291,19 +291,6 @@ class OpenedFmu:
 
     def _refs(self, signals: list[Signal]) -> np.ndarray[Any, np.dtype[np.uint32]]:
         return np.array([self._references[signal.name] for signal in signals], dtype=np.uint32)
-
-
-def remarks_of(description: Description) -> tuple[str, ...]:
-    """Returns what a user should know of an FMU, in whole sentences."""
-    remarks = []
-    if description.needs_tool:
-        remarks.append(
-            "the FMU needs the tool that it was exported from: expected that tool, with its "
-            "licence, on this machine"
-        )
-    if description.once_per_process:
-        remarks.append("a process can have one instance of the FMU only: each run has its own")
-    return tuple(remarks)
 
 
 def _function(fmu: Any, major: int, name: str) -> Any:

@@ -9,6 +9,7 @@ from __future__ import annotations
 import importlib
 import importlib.util
 import inspect
+import os
 import sys
 import traceback
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -98,7 +99,7 @@ class OpenedPython:
         if not place.is_file:
             self._file = place.where
             return importlib.import_module(place.where)
-        path = (self._section.base / place.where).absolute()
+        path = Path(os.path.normpath(self._section.base / place.where)).absolute()
         if not path.is_file():
             raise SimulatorError(self._what, f"{path}: there is no such file; check the path")
         self._file = str(path)

@@ -41,6 +41,8 @@ class Source:
     outputs: tuple[str, ...] | None = None
     parameters: Mapping[str, float] = field(default_factory=dict)
     """Values with their defaults."""
+    start_arguments: tuple[str, ...] = ()
+    """Names of the arguments of `reset`, or of the function."""
 
 
 def read_place(text: str) -> Place | None:
@@ -74,9 +76,16 @@ def read_source(path: Path, name: str) -> Source:
             f"nothing in it has the name '{first}': expected a class with reset and step, or a "
             f"function; the names are: {listed}"
         )
-    if "." in name or isinstance(found, ast.FunctionDef):
-        return Source(None if "." in name else False)
+    if "." in name:
+        return Source(None)
+    if isinstance(found, ast.FunctionDef):
+        return Source(False, start_arguments=_arguments(found))
     return _of_class(found) if isinstance(found, ast.ClassDef) else Source(None)
+
+
+def _arguments(function: ast.FunctionDef) -> tuple[str, ...]:
+    args = function.args
+    return tuple(one.arg for one in (*args.posonlyargs, *args.args, *args.kwonlyargs))
 
 
 def _tree(path: Path) -> ast.Module:
@@ -140,6 +149,7 @@ def _of_class(found: ast.ClassDef) -> Source:
         if (value := _literal(statement.value)) is not None
     }
     parameters = written.get("parameters")
+    methods = {one.name: one for one in found.body if isinstance(one, ast.FunctionDef)}
     return Source(
         is_class=True,
         inputs=_texts(written.get("inputs")),
@@ -149,6 +159,7 @@ def _of_class(found: ast.ClassDef) -> Source:
             for name, value in (parameters.items() if isinstance(parameters, dict) else ())
             if isinstance(name, str) and isinstance(value, int | float)
         },
+        start_arguments=_arguments(methods["reset"]) if "reset" in methods else (),
     )
 
 

@@ -65,6 +65,18 @@ def added(wrong: str, text: str, *says: str) -> BadRig:
     return rig(wrong, f"{BENCH}\n{text}\n", *says)
 
 
+# The rig of a user's simulator.
+OWN = """
+plant = "simulator"
+[valve]
+rated_command_v = 10.0
+[simulator]
+{program}
+[simulator.inputs]
+command_v = "u"
+[simulator.outputs]
+position_m = "y"
+"""
 BAD = (
     rig("no such file", None, "there is no such file", "check the path"),
     rig("an empty file", "", "'plant' is missing", '"ehs" or "axis"'),
@@ -189,6 +201,31 @@ BAD = (
         AXIS + "\n[effects.valve_dead_band]\noverlap = 0.02\n",
         'a plant "axis" has no valve',
         "remove it",
+    ),
+    rig("a user's simulator without its section", 'plant = "simulator"', "[simulator]", "fmu"),
+    rig("an FMU that is not there", OWN.format(program='fmu = "m.fmu"'), "m.fmu", "no such file"),
+    rig("an FMU that is none", OWN.format(program='fmu = "rig.toml"'), "no FMU", "export"),
+    rig(
+        "a Python simulator without a name",
+        OWN.format(program='python = "mine.py"'),
+        "FILE.py:NAME",
+    ),
+    rig(
+        "a Python simulator that is not there",
+        OWN.format(program='python = "mine.py:Mine"'),
+        "mine.py",
+        "no such file",
+    ),
+    rig(
+        "an FMU and a Python simulator",
+        OWN.format(program='fmu = "m.fmu"\npython = "mine.py:Mine"'),
+        "both fmu and python",
+    ),
+    rig(
+        "a value without its uncertainty",
+        OWN.format(program='python = "module:Mine"') + "[simulator.parameters.mass]\nvalue = 1.0",
+        "simulator.parameters.mass.sigma",
+        "standard deviation",
     ),
 )
 CASES = tuple(rig.case("simulate") for rig in BAD)

@@ -10,6 +10,7 @@ import pytest
 from published_schemas import check_file
 from sources import ROOT
 from typer.testing import CliRunner
+from user_simulators import FOLDER, needs_linux64
 
 from ehsid.harness.cli import cli
 from ehsid.harness.rigs import read_rig
@@ -201,3 +202,36 @@ def test_check_says_what_does_not_fit_by_which_factor_and_ends_well(
     assert found["flow"]["factor"] == pytest.approx(38.0 / 25.0, rel=0.08)
     assert found["flow"]["fitting"][0] < 1.0 < found["flow"]["fitting"][1]
     assert "does not fit: flow" in said("rig", "check", str(rig), record)
+
+
+@needs_linux64
+def test_new_describes_a_simulator_of_the_user(record: str, tmp_path: Path) -> None:
+    out = tmp_path / "mine.toml"
+    shown = said(
+        *("rig", "new", "--simulator", str(FOLDER / "bench.fmu"), "--stroke", "350 mm"),
+        *("--out", str(out)),
+    )
+    assert "│ simulator.outputs.position_m │ y │ by its name │" in shown
+    assert f"ehsid rig check {out}" in shown
+    rig = read_rig(out)
+    assert rig.values["cylinder.stroke_m"] == 0.35
+    checked = said("rig", "check", str(out), record)
+    assert "note: cannot be judged: entrained air, line resonance, flexible load" in checked
+
+
+@needs_linux64
+def test_new_says_what_of_a_simulator_is_to_be_filled_in(tmp_path: Path) -> None:
+    (tmp_path / "mine.py").write_text(
+        "class Mine:\n    inputs = ('one', 'other')\n    outputs = ('y',)\n"
+    )
+    out = tmp_path / "mine.toml"
+    shown = said("rig", "new", "--simulator", f"{tmp_path / 'mine.py'}:Mine", "--out", str(out))
+    assert "to be filled in before it is a rig: 'simulator.inputs.command_v' is missing" in shown
+    assert '# command_v = ""  # fill in: it may be one, other' in out.read_text("utf-8")
+
+
+def test_options_of_a_machine_do_not_go_with_a_simulator(tmp_path: Path) -> None:
+    options = ["--simulator", "model.fmu", "--mass", "100 kg", "--out", str(tmp_path / "r.toml")]
+    outcome = CliRunner().invoke(cli, ["rig", "new", *options])
+    assert outcome.exit_code == 2
+    assert "--mass: a simulator has this itself: expected only --rated-command" in outcome.output

@@ -5,11 +5,13 @@ from __future__ import annotations
 
 import runpy
 from collections.abc import Mapping
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
 import pytest
 from sources import ROOT
+from user_simulators import FOLDER, needs_linux64
 
 from ehsid.harness.fitness import Finding, Status, check_rig
 from ehsid.harness.records import Record, make_record
@@ -267,3 +269,29 @@ def test_the_document_has_the_words_and_the_picture_of_its_example() -> None:
     document = " ".join((ROOT / "docs" / "rigs.md").read_text(encoding="utf-8").split())
     assert f"{wrong.check} does not fit {wrong.text}" in document
     assert "(pictures/rig_check.png)" in document
+
+
+@needs_linux64
+@pytest.mark.slow
+@pytest.mark.parametrize("columns", [ALL, CHAMBERS, ("position_m",)], ids=len)
+@pytest.mark.parametrize("left_out", [(), ("cylinder.stroke_m", "supply.pressure_pa")], ids=len)
+def test_a_simulator_of_the_user_is_checked_without_what_it_does_not_tell(
+    columns: tuple[str, ...], left_out: tuple[str, ...]
+) -> None:
+    rig = read_rig(FOLDER / "rig.toml")
+    values = {key: value for key, value in rig.values.items() if key not in left_out}
+    check = check_rig(part(run(True), columns, 1), replace(rig, values=values))
+    found = {one.check: one for one in check.findings}
+    assert found["direction"].status is Status.fits
+    assert not {"areas", "flow", "mass", "response", "oil spring", "ports"} & set(found)
+    assert any(note.startswith("cannot be judged: entrained air") for note in check.notes)
+
+
+@needs_linux64
+@pytest.mark.slow
+def test_a_command_beyond_the_rated_one_of_a_simulator_is_found() -> None:
+    rig = read_rig(FOLDER / "rig.toml")
+    low = rig.with_values({"valve.rated_command_v": 1.0, "cylinder.stroke_m": 0.05})
+    check = check_rig(part(run(True), CHAMBERS, 1), low)
+    found = {one.check: one for one in check.findings}
+    assert {"rated command", "stroke"} <= set(wrong(found))

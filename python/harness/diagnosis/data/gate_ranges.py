@@ -252,6 +252,8 @@ def _pressure(record: Record, rig: Rig, name: str, supply: float) -> Iterator[Re
             f"{name} goes down to {low:.3g} Pa, absolute pressure cannot; {remedy}",
             serious=not gauge,
         )
+    if "cylinder.bore_m" not in rig.values:
+        return  # of a user's simulator, whose areas the rig file does not tell
     # A pulling load can raise the pressure of one chamber above the supply pressure: at standstill,
     # by the ratio of the areas at most.
     bore, rod = rig.values["cylinder.bore_m"], rig.values["cylinder.rod_m"]

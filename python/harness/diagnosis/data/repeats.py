@@ -211,9 +211,12 @@ def full_speed(values: Mapping[str, float]) -> float:
 
 
 def oil_spring_hz(rig: Rig) -> float | None:
-    """Natural frequency of the load on the oil at mid-stroke, Hz; None for a plant without oil."""
+    """Natural frequency of the load on the oil at mid-stroke, Hz; None for a plant without oil.
+
+    That of a user's simulator is not known either.
+    """
     v = rig.values
-    if rig.plant == "axis":
+    if rig.plant in ("axis", "simulator"):
         return None
     if rig.plant == "linear":
         # omega^2 = 4 beta_e A_p^2 / (V_t M_t) (H. Merritt, Hydraulic Control Systems, 1967)

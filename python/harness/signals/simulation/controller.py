@@ -65,6 +65,12 @@ class PositionController:
 def velocity_gain(rig: Rig) -> float:
     """Steady speed of the unloaded rod per volt, averaged over both directions, m/(s V)."""
     v = rig.values
+    if rig.plant == "simulator":
+        raise ValueError(
+            f"{rig.name}: its plant is a simulator of the user, whose speed for a command the rig "
+            "file does not tell: expected a rig of a plant of ehsid, or a logged command; choose "
+            "another rig file"
+        )
     if rig.plant == "axis":
         return v["axis.force_per_volt"] / max(v["axis.viscous_friction_n_s_m"], 1e-12)
     if rig.plant == "linear":
