@@ -210,11 +210,18 @@ class OpenedFmu:
                     _function(fmu, major, "FreeInstance")(fmu.component)
                 self._running = False
         with self._calling("instantiation"):
-            if major == 2:
-                fmu.instantiate(callbacks=self._callbacks())
-            else:
-                fmu.instantiate(logMessage=self._hear3)
+            try:
+                self._instantiate(fmu, log=False)
+            except Exception:
+                # With its log on, it tells why.
+                self._instantiate(fmu, log=True)
         self._running = True
+
+    def _instantiate(self, fmu: Any, *, log: bool) -> None:
+        if self._description.major == 2:
+            fmu.instantiate(callbacks=self._callbacks(), loggingOn=log)
+        else:
+            fmu.instantiate(logMessage=self._hear3, loggingOn=log)
 
     def _callbacks(self) -> Any:
         """Returns the callbacks of FMI 2, with a logger that prints nothing."""

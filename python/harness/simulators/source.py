@@ -102,7 +102,7 @@ def _tree(path: Path) -> ast.Module:
     try:
         return ast.parse(text)
     except SyntaxError as error:
-        raise SourceError(f"line {error.lineno}: {error.msg}: expected Python") from None
+        raise SourceError(f"line {error.lineno or 1}: {error.msg}: expected Python") from None
     except (ValueError, RecursionError, MemoryError) as error:
         raise SourceError(f"cannot be read as Python ({error})") from None
 
