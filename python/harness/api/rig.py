@@ -139,7 +139,7 @@ class Rig(Shown):
 
     @property
     def plant(self) -> str:
-        """Type of the plant: "ehs", "axis" or "linear"."""
+        """Type of the plant: "ehs", "axis" or "linear", or "simulator", a program of yours."""
         return self.result.plant
 
     @property

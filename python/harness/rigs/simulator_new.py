@@ -16,6 +16,7 @@ import tomli_w
 
 from ..base.error_words import printable
 from ..catalogue.parameters import plant_parameters
+from ..records.units import is_convertible
 from ..simulators.description import REAL, FmuError, read_description
 from ..simulators.source import SourceError, read_place, read_source
 from .checks import RigError
@@ -32,6 +33,7 @@ from .simulator_guess import (
     unit_of,
 )
 from .simulator_section import COMMAND, OUTPUTS, PORTS
+from .simulator_units import UNITS
 
 POSITION = "position_m"
 # Option of the command -> value of the rig file.
@@ -270,8 +272,10 @@ def _written(key: str, chosen: Named, guessed: str) -> tuple[object, str]:
     """Returns what the rig file says of an input or output, and why."""
     why = chosen.description or guessed
     unit = None if chosen.unit is None else unit_of(chosen.unit, key)
+    if not is_convertible(unit, UNITS[key]):
+        unit = None  # of a command in mA, whose numbers are kept
     entry: dict[str, object] = {"name": chosen.name}
-    if unit not in (None, "1", "V", "m", "m/s", "Pa", "N", "m^3/s"):
+    if unit not in (None, UNITS[key]):
         entry["unit"] = unit
         why += f", in {unit}"
     if key == "force_n":

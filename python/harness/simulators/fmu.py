@@ -44,7 +44,7 @@ MOST_CHARACTERS = 200
 class OpenedFmu:
     """An opened FMU."""
 
-    def __init__(self, section: SimulatorSection) -> None:
+    def __init__(self, section: SimulatorSection, folder: Path | None = None) -> None:
         self._section = section
         self._what = section.what
         try:
@@ -72,7 +72,7 @@ class OpenedFmu:
         }
         self._reported: list[str] = []
         self._running = False
-        self._folder = Path(mkdtemp(prefix="ehsid-fmu-"))
+        self._folder = Path(mkdtemp(prefix="ehsid-fmu-", dir=folder))
         try:
             self._unpack()
             self._fmu = self._load()

@@ -97,7 +97,8 @@ def test_what_is_given_of_the_machine_stands_in_the_file() -> None:
 
 
 VARIABLES = """
-<ScalarVariable name="In1" valueReference="1" causality="input"><Real start="0"/></ScalarVariable>
+<ScalarVariable name="In1" valueReference="1" causality="input"><Real start="0" unit="mA"/>
+</ScalarVariable>
 <ScalarVariable name="Out1" valueReference="2" causality="output" description="Stroke of the rod">
 <Real unit="mm"/></ScalarVariable>
 <ScalarVariable name="Out2" valueReference="3" causality="output" description="cap side">

@@ -164,9 +164,8 @@ def test_constants_are_set(tmp_path: Path) -> None:
         simulated(replace(section, constants={"mode": 2.0}), ports=True)
 
 
-def test_what_is_unpacked_is_removed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
-    opened = open_simulator(section_of("rig.toml"))
+def test_what_is_unpacked_is_removed(tmp_path: Path) -> None:
+    opened = open_simulator(section_of("rig.toml"), tmp_path)
     opened.start(VALUES)
     assert list(tmp_path.iterdir())
     opened.close()
