@@ -19,8 +19,9 @@ from typing import Any
 import numpy as np
 
 from ehsid.harness.base.parallel import run_tasks
-from ehsid.harness.diagnosis.model.case import effect_starts, make_case
+from ehsid.harness.diagnosis.model.case import make_case
 from ehsid.harness.diagnosis.model.parameters import effect_parameters
+from ehsid.harness.diagnosis.model.scale import effect_starts
 from ehsid.harness.diagnosis.search.candidates import calibrate, refine
 from ehsid.harness.diagnosis.search.intervals import candidate_deviations
 from ehsid.harness.records import read_record

@@ -242,6 +242,7 @@ void bind_forgetting(py::module_& m);
 void bind_rls(py::module_& m);
 void bind_effects(py::module_& m);
 void bind_plant(py::module_& m);
+void bind_outside(py::module_& m);
 void bind_arx_estimator(py::module_& m);
 void bind_estimator_bank(py::module_& m);
 void bind_servo_estimator(py::module_& m);

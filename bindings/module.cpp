@@ -16,4 +16,5 @@ PYBIND11_MODULE(_core, m) {
   bind_servo_model(m);
   ehsid::bindings::bind_effects(m);
   ehsid::bindings::bind_plant(m);
+  ehsid::bindings::bind_outside(m);
 }

@@ -34,6 +34,7 @@ WATCH_S = 0.5  # between two looks, of a worker process at its parent or at a ta
 NO_WORKERS_S = 30.0  # a cluster without workers for so long has lost them
 
 _WORKERS: ContextVar[int] = ContextVar("_WORKERS", default=-1)
+_THREADS_ONLY: ContextVar[bool] = ContextVar("_THREADS_ONLY", default=False)
 _CLUSTER: ContextVar[Any] = ContextVar("_CLUSTER", default=None)  # Dask client of the cluster
 
 
@@ -87,6 +88,16 @@ def _end_with(parent: int) -> None:
         os._exit(1)
 
     threading.Thread(target=watch, name="end with the parent process", daemon=True).start()
+
+
+@contextmanager
+def threads_only() -> Iterator[None]:
+    """Makes `run_together` use threads in this context: what its tasks use is in this process."""
+    token = _THREADS_ONLY.set(True)
+    try:
+        yield
+    finally:
+        _THREADS_ONLY.reset(token)
 
 
 @contextmanager
@@ -341,6 +352,8 @@ def run_together(tasks: Sequence[Callable[[], T]], progress: Progress | None = N
     well and more are not.
     """
     count = worker_count() if worker_count() > 0 else os.cpu_count() or 1
+    if _THREADS_ONLY.get():
+        return run_threads(tasks, progress)
     if count > THREADS_UP_TO or _CLUSTER.get() is not None:
         return run_tasks(tasks, progress)
     return run_threads(tasks, progress)

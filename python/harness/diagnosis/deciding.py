@@ -14,6 +14,9 @@ from __future__ import annotations
 INDEPENDENT = 1.0
 # Share of the measured motion, in each octave, to which no simulator is exact.
 TOLERANCE = 0.003
+# The same of a user's simulator, which has no values for what every servo has anyway: edges that
+# differ, presliding, gas in the oil.
+SIMULATOR_TOLERANCE = 0.02
 # Share of the whole motion that is tolerated in each octave as well: the noise of an ordinary
 # sensor. Without it an octave in which nothing moves would judge by the seventh digit.
 LEAST_TOLERANCE = 0.001

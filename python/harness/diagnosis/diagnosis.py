@@ -4,7 +4,8 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -12,11 +13,13 @@ import numpy as np
 from msgspec.structs import replace as replace_part
 
 from ..base.error_words import error_words
-from ..base.parallel import Progress, single_threaded_algebra
+from ..base.parallel import Progress, single_threaded_algebra, threads_only
 from ..catalogue.spellings import ParameterKey
 from ..records import Record
 from ..rigs import Rig
+from ..rigs.carried import carried
 from ..rigs.rig import table_subsystem
+from ..simulators.runs import opened_runs
 from .data.gate import gate, usable_part
 from .data.regimes import BOOTSTRAP_SEED, Regimes, visited
 from .deciding import EFFECT, FIT_TOGETHER, WORSE_HELD_OUT
@@ -30,6 +33,7 @@ from .laws.fitting import equation_shares
 from .laws.forms import sentence
 from .model.case import Case, make_case
 from .model.comparison import BLOCK_S
+from .model.differences import SimulatorEngine
 from .next_experiment import next_experiment
 from .options import DEFAULTS, DiagnosisOptions
 from .result import Diagnosis, HeldOutRun, Stage, UnknownInput
@@ -106,8 +110,18 @@ def diagnose(
     """
     if not records:
         raise ValueError("the diagnosis needs a record")
-    with single_threaded_algebra():
-        return _diagnose(records, rig, validate, options, progress, watch, begun)
+    with single_threaded_algebra(), _engine_of(rig) as engine:
+        return _diagnose(records, rig, validate, options, progress, watch, begun, engine)
+
+
+@contextmanager
+def _engine_of(rig: Rig) -> Iterator[SimulatorEngine | None]:
+    """The simulator of the rig, opened in processes of its own; None where that is ours."""
+    if rig.simulator is None:
+        yield None
+        return
+    with opened_runs(rig) as runs, threads_only():
+        yield SimulatorEngine(runs)
 
 
 def _diagnose(
@@ -118,6 +132,7 @@ def _diagnose(
     progress: Progress | None,
     watch: Watch | None,
     begun: Begun | None,
+    engine: SimulatorEngine | None,
 ) -> Diagnosis:
     began = time.monotonic()
     pace = Pace(progress, may_be_joint=bool(validate))
@@ -128,7 +143,7 @@ def _diagnose(
         fitted = [usable_part(record, rig)[0] for record in records]
         held_out = [usable_part(record, rig)[0] for record in validate]
         try:
-            case = make_case(rig, fitted, held_out)
+            case = make_case(rig, fitted, held_out, engine)
         except ValueError as error:
             if error_words(error) is None:
                 raise
@@ -143,7 +158,7 @@ def _diagnose(
     if validate and _leaves_large_gap(evaluation):
         # The other records cannot show an effect that only the held-out records excite.
         # Therefore all records are fitted together.
-        joint_case = make_case(rig, [*fitted, *held_out])
+        joint_case = make_case(rig, [*fitted, *held_out], engine=engine)
         look = look_for(watch, begun, pace, joint_case)
         joint = _evaluate(joint_case, regimes, options, pace, look)
         joint = _with_missing_laws(joint, regimes, pace, look)
@@ -176,7 +191,7 @@ def _diagnose(
         _tell(look, "where", search_result, told, tasks=len(selection.rivals))
         where, unknown_inputs = _located(evaluation, fitted_effects, pace)
     experiment, next_record = None, None
-    if selection.rivals:
+    if selection.rivals and case.engine is None:
         _tell(look_for(watch, begun, pace, case), "experiment", search_result, best)
         designed = _design_experiment(case, selection, pace.within)
         experiment, next_record = designed or (None, None)
@@ -190,10 +205,13 @@ def _diagnose(
         effects=effects,
         ambiguity_set=ambiguity_set,
         candidates=results.ranked_candidates(case, search_result, selection),
-        cannot_judge=tuple(
-            each
-            for each in unidentifiable_effects(regimes, effect_ids, rig.plant)
-            if each.id not in {name for names in ambiguity_set for name in names}
+        cannot_judge=(
+            *_not_carried(rig),
+            *(
+                each
+                for each in unidentifiable_effects(regimes, effect_ids, rig.plant)
+                if each.id not in {name for names in ambiguity_set for name in names}
+            ),
         ),
         outside_probability=selection.posterior.outside,
         missing_laws=() if laws is None else laws.laws,
@@ -219,6 +237,14 @@ def _diagnose(
     )
 
 
+def _not_carried(rig: Rig) -> Iterator[CannotJudge]:
+    """Effects that cannot act on the simulator of a user from outside."""
+    if rig.simulator is not None:
+        for effect, reason in carried(rig).items():
+            if reason is not None:
+                yield CannotJudge(effect, reason)
+
+
 def _located(
     evaluation: _Evaluation, effects: Sequence[Effect], pace: Pace
 ) -> tuple[Where, tuple[UnknownInput, ...]]:
@@ -227,7 +253,11 @@ def _located(
     selection = evaluation.selection
     best = selection.best
     try:
-        equations, unknown_inputs = equation_shares(case, found.calibrated, pace.within)
+        equations, unknown_inputs = (
+            equation_shares(case, found.calibrated, pace.within)
+            if case.engine is None
+            else ((), ())
+        )
         where = localise(
             decision_case(case),
             found.calibrated,
@@ -371,6 +401,8 @@ def _with_missing_laws(
     nothing was named, but such a cause is not excluded, a law that is found can decide.
     """
     case, search_result = evaluation.case, evaluation.search_result
+    if case.engine is not None:  # a law needs the equations of the simulator
+        return evaluation
     kind, probabilities = evaluation.selection.answer.kind, evaluation.selection.posterior
     in_doubt = kind == "healthy" and probabilities.outside >= FIT_TOGETHER
     # Where the rig without effects has the answer, a law must earn the cost of two effects more.

@@ -256,8 +256,11 @@ def _pressure(record: Record, rig: Rig, name: str, supply: float) -> Iterator[Re
         return  # of a user's simulator, whose areas the rig file does not tell
     # A pulling load can raise the pressure of one chamber above the supply pressure: at standstill,
     # by the ratio of the areas at most.
-    bore, rod = rig.values["cylinder.bore_m"], rig.values["cylinder.rod_m"]
-    largest_possible = supply * (1.0 if name != "pressure_b_pa" else bore**2 / (bore**2 - rod**2))
+    ratio = LARGEST_RATIO
+    if "cylinder.bore_m" in rig.values:
+        bore, rod = rig.values["cylinder.bore_m"], rig.values["cylinder.rod_m"]
+        ratio = bore**2 / (bore**2 - rod**2)
+    largest_possible = supply * (1.0 if name != "pressure_b_pa" else ratio)
     time_above = float(
         np.mean(pressure > (1.0 + MOST_SIGMAS * rig.sigma("supply.pressure_pa")) * largest_possible)
     )
@@ -269,6 +272,9 @@ def _pressure(record: Record, rig: Rig, name: str, supply: float) -> Iterator[Re
             "supply.pressure_pa",
         )
 
+
+# Of the areas of a common cylinder, where a rig file does not tell them.
+LARGEST_RATIO = 2.0
 
 # Jitter, as a share of the sampling time: a tenth of what the reader of records refuses. A sine of
 # 10 Hz at 1 kHz is then wrong by 6e-5 of its amplitude.

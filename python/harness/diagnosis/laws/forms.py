@@ -19,9 +19,10 @@ import ehsid
 from ...base.numbers import FloatArray, plain_number
 from ...rigs import Rig
 from ...rigs.rig import OF_TERM, OF_VARIABLE, TableLaw, table_words
-from ..model.case import Case, machine_scale
+from ..model.case import Case
 from ..model.parameters import Law
 from ..model.problem import Problem
+from ..model.scale import machine_scale
 from ..schema import MissingLaw
 from ..search.candidates import FittedCandidate
 

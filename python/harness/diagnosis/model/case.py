@@ -1,12 +1,8 @@
 # SPDX-License-Identifier: MIT
-"""The case of a diagnosis: a rig, training records and held-out records.
-
-Scales of a machine, to which the sizes of effects are in proportion.
-"""
+"""The case of a diagnosis: a rig, training records and held-out records."""
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
@@ -16,57 +12,17 @@ from scipy.signal import welch
 import ehsid
 
 from ...catalogue.channels import CHAMBER_PRESSURES
-from ...catalogue.parameters import effects
 from ...catalogue.parameters import effects as catalogue
 from ...records import Record
 from ...rigs import Rig
 from ..data.floor import NoiseFloor, sensor_floor
 from ..schema import WINDOW_S
 from .comparison import Blocks, Compared, compare, varying_outputs
+from .differences import SimulatorEngine
 from .fit import SUBSTEPS
 from .parameters import Law, Parameter, calibration_parameters, effect_parameters
 from .problem import Problem
-
-STROKE = "cylinder.stroke_m"
-# To three digits: the fits start from sizes in proportion to it, and a start that differs in the
-# fourth digit ends a fit elsewhere within its tolerance. A scale needs no more digits.
-QUARTER_PI = 0.785
-
-
-def machine_scale(rig: Rig) -> ehsid.MachineScale:
-    """Returns the largest force, flow and pressure of a rig, and its stroke.
-
-    The force of an axis is its force at a command of 10 V. A linear servo has no data sheet: its
-    force is that of an axis with 100 N/V, its pressure the pressure drop at full flow.
-    """
-    v = rig.values
-    if rig.plant != "ehs":
-        return ehsid.MachineScale(
-            force_n=10.0 * v.get("axis.force_per_volt", 100.0),
-            rated_flow_m3_s=1e-3,
-            full_flow_m3_s=1e-3,
-            pressure_pa=1e7,
-            stroke_m=v.get(STROKE, math.nan),
-            has_valve=False,
-        )
-    pressure, rated = v["supply.pressure_pa"], v["valve.rated_flow_m3_s"]
-    return ehsid.MachineScale(
-        force_n=QUARTER_PI * v["cylinder.bore_m"] ** 2 * pressure,
-        rated_flow_m3_s=rated,
-        full_flow_m3_s=rated * math.sqrt(0.5 * pressure / v["valve.rated_pressure_drop_pa"]),
-        pressure_pa=pressure,
-        stroke_m=v[STROKE],
-        has_valve=True,
-    )
-
-
-def effect_starts(effect: str, rig: Rig) -> list[dict[str, float]]:
-    """Returns the sizes of an effect at which its fits start, by the parameters' own names.
-
-    There are none for an effect that the record shows without a fit, such as quantisation.
-    """
-    return effects()[effect].starts(machine_scale(rig))
-
+from .scale import effect_starts
 
 # A record is a limit cycle where more than the share MOSTLY_SWINGS of the power of its pressure
 # (without pressures: of its speed) lies above SWING_HZ, which commands do not reach. It is compared
@@ -102,6 +58,8 @@ class Case:
     """Length of the windows in s, and which states are reset in each window, as in `compare`."""
     held: Mapping[str, float] = field(default_factory=dict)
     """Values of parameters of effects that are not fitted, by full name."""
+    engine: SimulatorEngine | None = None
+    """Runs of the simulator of the rig; None where that is ours."""
     prepared: dict[tuple[Record, float, bool, Blocks], Compared] = field(default_factory=dict)
     """Results of `compare` so far, which the fits of all candidates share."""
 
@@ -162,6 +120,7 @@ class Case:
             white=white,
             swinging=self.all_states,
             laws=laws,
+            engine=self.engine,
         )
 
     def _compared(
@@ -170,15 +129,25 @@ class Case:
         key = record, window_s, all_states, blocks
         if key not in self.prepared:
             self.prepared[key] = compare(
-                record, window_s=window_s, all_states=all_states, blocks=blocks
+                record,
+                window_s=window_s,
+                all_states=all_states,
+                blocks=blocks,
+                caught=None if self.engine is None else self.engine.first_catch_s,
             )
         return self.prepared[key]
 
 
-def make_case(rig: Rig, training: Sequence[Record], held_out: Sequence[Record] = ()) -> Case:
+def make_case(
+    rig: Rig,
+    training: Sequence[Record],
+    held_out: Sequence[Record] = (),
+    engine: SimulatorEngine | None = None,
+) -> Case:
     """Selects the compared outputs, their noise floors, the integration steps and the windows.
 
-    If there are no held-out records, blocks of the training records are held out instead.
+    If there are no held-out records, blocks of the training records are held out instead. engine:
+    runs of the simulator of the rig, where that is not ours.
 
     Raises
     ------
@@ -192,7 +161,10 @@ def make_case(rig: Rig, training: Sequence[Record], held_out: Sequence[Record] =
         raise ValueError("the diagnosis needs a record")
     compared = [compare(record) for record in records]
     common = [
-        name for name in compared[0].outputs if all(name in record.outputs for record in compared)
+        name
+        for name in compared[0].outputs
+        if all(name in record.outputs for record in compared)
+        and (engine is None or name in engine.runs.section.outputs)
     ]
     floors = {name: _floor(training, name, rig) for name in common}
     values = {name: floor.value for name, floor in floors.items()}
@@ -203,7 +175,10 @@ def make_case(rig: Rig, training: Sequence[Record], held_out: Sequence[Record] =
     left_out = tuple(name for name in common if name not in outputs)
     compared_floors = {name: floors[name] for name in outputs}
     dt_s = max(record.dt_s for record in compared)
-    substeps = max(SUBSTEPS, ehsid.plant_substeps(rig.plant, rig.plant_values(), dt_s))
+    substeps, windows = 1, (WINDOW_S, False)
+    if engine is None:
+        substeps = max(SUBSTEPS, ehsid.plant_substeps(rig.plant, rig.plant_values(), dt_s))
+        windows = _windows(records)
     return Case(
         rig,
         tuple(training),
@@ -213,7 +188,8 @@ def make_case(rig: Rig, training: Sequence[Record], held_out: Sequence[Record] =
         compared_floors,
         substeps,
         blocks,
-        *_windows(records),
+        *windows,
+        engine=engine,
     )
 
 

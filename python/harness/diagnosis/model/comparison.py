@@ -22,6 +22,7 @@ from ...signals.simulation.windows import (
     measured_states,
     window_numbers,
 )
+from ...simulators.around import catches
 from ..data.floor import rounding_errors
 from ..schema import SKIP_S, WINDOW_S
 
@@ -60,6 +61,8 @@ class Compared:
     """Shape (N, 4), states for `ehsid.simulate_plant`, NaN where it keeps its own. Each window
     starts with the measured position, or with all measured states; the first sample holds all that
     is known of the state."""
+    caught: npt.NDArray[np.uint8] | None = None
+    """Shape (N,), 1 where a user's simulator is brought to the measured position; None: ours."""
 
     @cached_property
     def used(self) -> npt.NDArray[np.bool_]:
@@ -138,12 +141,14 @@ def compare(
     skip_s: float = SKIP_S,
     all_states: bool = False,
     blocks: Blocks = "all",
+    caught: float | None = None,
 ) -> Compared:
     """Prepares a record for comparison with simulations.
 
     blocks: selects the windows of the blocks to fit, those of the held-out blocks, or all windows.
     all_states: speed and pressures, too, start each window at their measured values, so that a
     simulator with wrong values cannot lose the phase of a limit cycle.
+    caught: for a user's simulator, the length of its first catch, s, see `simulators.around`.
 
     Raises
     ------
@@ -155,7 +160,11 @@ def compare(
             f"{record.source or record.name}: the diagnosis needs one stretch with a sampling "
             "time; cut the record at its gaps"
         )
-    window = window_numbers(len(record), record.dt_s, window_s=window_s, skip_s=skip_s)
+    catching = None
+    if caught is None:
+        window = window_numbers(len(record), record.dt_s, window_s=window_s, skip_s=skip_s)
+    else:
+        window, catching = catches(len(record), record.dt_s, window_s=window_s, first_s=caught)
     position = record.column("position_m")
     smooth = _smoothed(position, record.dt_s)
     aligned = np.full((len(record), len(STATES)), np.nan)
@@ -173,7 +182,7 @@ def compare(
         held_out = window // max(1, round(BLOCK_S / window_s)) % BLOCKS_TURN == 1
         window[held_out if blocks == "fit" else ~held_out] = -1
     outputs = {name: record.column(name) for name in OUTPUTS if name in record.columns}
-    return Compared(record, outputs, window, aligned)
+    return Compared(record, outputs, window, aligned, catching)
 
 
 def _smoothed(position: FloatArray, dt_s: float) -> FloatArray:
@@ -226,9 +235,10 @@ def gap_figure(
 
 
 def varying_outputs(compared: Compared, floors: Mapping[str, float]) -> tuple[str, ...]:
-    """Names of the outputs that vary within windows by more than LEAST_VARIATION noise floors."""
+    """Names of outputs with a floor that vary within windows by more than LEAST_VARIATION of it."""
     return tuple(
         name
         for name, measured in compared.outputs.items()
-        if np.std(compared.centred(measured)) > LEAST_VARIATION * floors[name]
+        if name in floors
+        and np.std(compared.centred(measured)) > LEAST_VARIATION * floors[name]
     )

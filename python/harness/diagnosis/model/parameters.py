@@ -17,7 +17,7 @@ as any other parameter has. Between knots the term is linear, as in a rig file.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -26,10 +26,11 @@ import numpy as np
 from ehsid import EffectTerms
 
 from ...base.numbers import FloatArray
-from ...catalogue.parameters import acts_on, effects, plant_parameters
+from ...catalogue.parameters import OUTSIDE_NUISANCES, acts_on, effects, plant_parameters
 from ...catalogue.spellings import ParameterKey
 from ...rigs import Rig
 from ...rigs.rig import MOST_SIGMAS, TableLaw
+from ...rigs.simulator_section import own_name
 
 # Prior centres where no pressure is measured. It is often not known whether the supply pressure in
 # the rig file is absolute or above the atmosphere; 0.5 is in the middle of both.
@@ -86,6 +87,8 @@ def calibration_parameters(
     these separate from a load force (`by_pressures`) stay, too, unless `unseen` includes them: a
     load force also makes the speeds of the two directions unequal.
     """
+    if rig.simulator is not None:
+        return (*_of_simulator(rig), *_nuisances(rig, pressures))
     parameters = []
     for name, value in rig.values.items():
         info, sigma = plant_parameters()[name], rig.sigma(name)
@@ -114,6 +117,30 @@ def calibration_parameters(
     )
 
 
+def _of_simulator(rig: Rig) -> Iterator[Parameter]:
+    """Values of a user's simulator that may be wrong, and effects in the rig file."""
+    assert rig.simulator is not None
+    for name, value in rig.values.items():
+        key, own = ParameterKey(name), own_name(name)
+        if own is not None:
+            told = rig.simulator.parameters[own]
+            centre = math.log(value) if told.log else value
+            reach = MOST_SIGMAS * told.sigma
+            yield Parameter(name, told.log, centre, told.sigma, centre - reach, centre + reach)
+        elif key.effect is not None and value != 0.0:
+            info, sigma = plant_parameters()[name], rig.sigma(name)
+            if value > 0.0:
+                low = max(
+                    math.log(value) - MOST_SIGMAS * sigma, _log_above(max(info.minimum, 1e-300))
+                )
+                high = min(math.log(value) + MOST_SIGMAS * sigma, _log_within(info.maximum))
+                yield Parameter(name, True, math.log(value), sigma, low, high)
+            else:
+                std = sigma * abs(value)
+                low = max(value - MOST_SIGMAS * std, info.minimum)
+                yield Parameter(name, False, value, std, low, value + MOST_SIGMAS * std)
+
+
 def _log_within(maximum: float) -> float:
     """Logarithm of a maximum, rounded so that its exponential is not above the maximum."""
     x = math.log(maximum)
@@ -136,7 +163,9 @@ def _nuisances(rig: Rig, pressures: bool) -> list[Parameter]:
     for name, info in plant_parameters().items():
         if not ParameterKey(name).is_nuisance:
             continue
-        if rig.plant != "ehs" and name not in FRICTION_NUISANCES:
+        if rig.plant == "simulator" and name not in OUTSIDE_NUISANCES:
+            continue
+        if rig.plant in ("axis", "linear") and name not in FRICTION_NUISANCES:
             continue
         if name in OF_HIDDEN_SPOOL and rig_has_lag:
             continue

@@ -23,9 +23,11 @@ from ...base.numbers import FloatArray
 from ...base.parallel import run_threads, worker_count
 from ...catalogue.parameters import plant_parameters
 from ...rigs import Rig
+from ...rigs.simulator_section import own_name
 from ...signals.simulation.run import OUTPUTS
 from ..deciding import INDEPENDENT, LEAST_TOLERANCE, TOLERANCE
 from .comparison import Compared
+from .differences import SimulatorEngine, differences
 from .linear import Linear
 from .parameters import Law, Parameter, block_basis
 from .spectrum import BANDS, OutputLikelihood, Spectrum
@@ -68,6 +70,8 @@ class Problem:
         whether the records show mainly a limit cycle.
     laws
         tables whose values the fit determines, too; their parameters follow the others in x.
+    engine
+        runs of the simulator of the rig, where that is not ours.
     """
 
     def __init__(
@@ -83,10 +87,12 @@ class Problem:
         white: bool = False,
         swinging: bool = False,
         laws: Sequence[Law] = (),
+        engine: SimulatorEngine | None = None,
     ) -> None:
         if not records or not outputs:
             raise ValueError("there is no record or no output to compare")
-        names = list(plant_parameters())
+        own = [name for name in rig.values if own_name(name) is not None]
+        names = [*plant_parameters(), *own]
         named = tuple(parameters)
         of_laws = [parameter for law in laws for parameter in law.parameters()]
         unfitted = {law.name: law.table(np.zeros(law.knots.size)) for law in laws}
@@ -102,7 +108,9 @@ class Problem:
         self._indices = [names.index(parameter.name) for parameter in named]
         self._basis = block_basis(self.laws)
         self._columns = [OUTPUTS.index(name) for name in self.outputs]
-        self._base = np.hstack([self.rig.plant_values(fixed), self.rig.table_values()])
+        self._engine = engine
+        of_simulator = np.array([rig.values[name] for name in own])
+        self._base = np.hstack([self.rig.plant_values(fixed), self.rig.table_values(), of_simulator])
         self.spectrum = Spectrum(self.records)
         self._centre = np.array([parameter.centre for parameter in self.parameters])
         self._weight = np.array([parameter.sigma**-2 for parameter in self.parameters])
@@ -143,7 +151,7 @@ class Problem:
         frequency is an error of pi k e of its amplitude. Nothing else swings through a window.
         """
         if not self.swinging:
-            return np.full(BANDS, TOLERANCE)
+            return np.full(BANDS, TOLERANCE if self._engine is None else self._engine.tolerance)
         first = np.array([(1 << number) >> 1 for number in range(BANDS)], dtype=np.float64)
         return np.asarray(TOLERANCE * (1.0 + np.pi * first))
 
@@ -211,7 +219,7 @@ class Problem:
             self._indices, self.parameters[:named], x[:named], strict=True
         ):
             values[index] = parameter.value(float(x_value))
-        if self.laws:
+        if self.laws:  # of our plant, which has no values of another simulator
             values[values.size - self._basis.shape[0] :] = self._basis @ x[named:]
         return values
 
@@ -333,6 +341,8 @@ class Problem:
         self, x: FloatArray, varied: Sequence[int]
     ) -> tuple[dict[str, FloatArray], dict[str, FloatArray]]:
         """Coefficients by output, (R,), and their derivatives by the varied x, shape (R, V)."""
+        if self._engine is not None:
+            return differences(x, varied, self.parameters, self.rig, self.coefficients)
         named = len(self._indices)
         own = [index for index in varied if index < named]
         of_laws = [index - named for index in varied if index >= named]
@@ -376,6 +386,8 @@ class Problem:
         indices: Sequence[int],
         disturbances: Sequence[tuple[str, FloatArray]] = (),
     ) -> tuple[dict[str, FloatArray], dict[str, FloatArray]]:
+        if self._engine is not None:
+            return self._engine.outputs(record, values[0]), {}
         outputs, partials = ehsid.simulate_plant(
             self.rig.plant,
             values,

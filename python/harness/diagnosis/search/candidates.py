@@ -17,11 +17,12 @@ from ...base.parallel import run_threads, run_together
 from ...catalogue.parameters import effects as catalogue
 from ...catalogue.spellings import ParameterKey, effect_values, sizes_of
 from ...rigs.rig import MOST_SIGMAS, TableLaw
-from ..model.case import Case, effect_starts, machine_scale
+from ..model.case import Case
 from ..model.fit import ITERATIONS, Fit, best_of, descent, fit
 from ..model.linear import Linear
 from ..model.parameters import Law, effect_parameters
 from ..model.problem import Problem
+from ..model.scale import effect_starts, machine_scale
 from .gap_reduction import WindowSums, window_sums
 
 # Window lengths of the first fits from a cold start; all measured states are reset at the start of
@@ -131,6 +132,8 @@ def _best(fits: Sequence[Fit]) -> Fit:
 
 def decision_case(case: Case) -> Case:
     """Returns the case with the finer integration steps that decisions are based on."""
+    if case.engine is not None:  # it has its own steps
+        return case
     return replace(case, substeps=max(case.substeps, DECISION_SUBSTEPS))
 
 
@@ -149,6 +152,8 @@ def calibrate(case: Case, starts: Sequence[FloatArray] = ()) -> FittedCandidate:
     windows it cannot.
     """
     problem = case.problem()
+    if case.engine is not None:  # its state cannot be set in short windows
+        return refine(case, (), problem.centre())
     dt_s = max(record.dt_s or 0.0 for record in case.records)
     windows_s = [window_s for window_s in COLD_WINDOWS_S if window_s >= LEAST_COLD_SAMPLES * dt_s]
     slow = _stiffness_starts(problem) if len(windows_s) < len(COLD_WINDOWS_S) else []

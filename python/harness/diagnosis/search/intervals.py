@@ -26,9 +26,10 @@ from ...base.numbers import FloatArray
 from ...catalogue.parameters import effects
 from ...catalogue.spellings import ParameterKey, sizes_of
 from ...rigs import Rig
-from ..model.case import Case, machine_scale
+from ..model.case import Case
 from ..model.parameters import Parameter
 from ..model.problem import Problem
+from ..model.scale import machine_scale
 from ..schema import Estimate
 from .candidates import FittedCandidate, decision_case
 

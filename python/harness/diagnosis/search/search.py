@@ -16,8 +16,10 @@ from ...base.parallel import Progress, part_of, run_threads, run_together
 from ...catalogue.parameters import acts_on, effects
 from ...catalogue.spellings import sizes_of
 from ...rigs import Rig
-from ..model.case import Case, effect_starts
+from ...rigs.carried import carried
+from ..model.case import Case
 from ..model.parameters import effect_parameters
+from ..model.scale import effect_starts
 from ..model.separation import contains
 from ..result import Stage
 from .candidates import (
@@ -102,10 +104,12 @@ class SearchResult:
 
 def candidate_effects(rig: Rig, exclude: Sequence[str] = ()) -> tuple[str, ...]:
     """Ids of the effects that are tried: the plant can have them, the rig file does not."""
+    reasons = {} if rig.simulator is None else carried(rig)
     return tuple(
         info.id
         for info in effects().values()
         if acts_on(info, rig.plant)
+        and reasons.get(info.id) is None
         and info.id not in (*rig.effects(), *exclude)
         # The record itself shows an effect without start values, such as quantisation.
         and effect_starts(info.id, rig)

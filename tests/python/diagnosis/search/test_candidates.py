@@ -8,9 +8,10 @@ import pytest
 import ehsid
 from ehsid.harness.catalogue.parameters import acts_on
 from ehsid.harness.diagnosis import fit
-from ehsid.harness.diagnosis.model.case import Case, effect_starts, make_case
+from ehsid.harness.diagnosis.model.case import Case, make_case
 from ehsid.harness.diagnosis.model.fit import GAIN
 from ehsid.harness.diagnosis.model.parameters import effect_parameters
+from ehsid.harness.diagnosis.model.scale import effect_starts
 from ehsid.harness.diagnosis.search.candidates import (
     DECISION_SUBSTEPS,
     ITERATIONS_SCREEN,

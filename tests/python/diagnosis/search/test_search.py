@@ -13,9 +13,10 @@ import ehsid
 from ehsid.harness.base.parallel import workers
 from ehsid.harness.catalogue.parameters import effects as catalogue
 from ehsid.harness.diagnosis.decision.effect_selection import select_effects
-from ehsid.harness.diagnosis.model.case import Case, effect_starts
+from ehsid.harness.diagnosis.model.case import Case
 from ehsid.harness.diagnosis.model.fit import GAIN, TRIES
 from ehsid.harness.diagnosis.model.parameters import effect_parameters
+from ehsid.harness.diagnosis.model.scale import effect_starts
 from ehsid.harness.diagnosis.model.separation import contains
 from ehsid.harness.diagnosis.model.spectrum import BANDS
 from ehsid.harness.diagnosis.search.candidates import (

@@ -11,7 +11,7 @@ from gap_rig import RIG
 
 import ehsid
 from ehsid.harness.catalogue.parameters import effects
-from ehsid.harness.diagnosis.model.case import machine_scale
+from ehsid.harness.diagnosis.model.scale import machine_scale
 from ehsid.harness.diagnosis.search.intervals import (
     MARGIN_STEP,
     margin,
