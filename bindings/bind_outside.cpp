@@ -163,16 +163,6 @@ py::tuple run_around(plant::OutsideSimulator& simulator, const Around& all, bool
 
 void bind_outside(py::module_& m) {
   m.def(
-      "outside_inputs",
-      [] { return std::vector<std::string>(kInputNames.begin(), kInputNames.end()); },
-      "Names of what run_fmu() and run_steps() can give to a simulator of somebody else.");
-  m.def(
-      "outside_outputs",
-      [] {
-        return std::vector<std::string>(kOutsideOutputNames.begin(), kOutsideOutputNames.end());
-      },
-      "Names of what run_fmu() and run_steps() can take from it.");
-  m.def(
       "outside_command",
       [](const InputArray<double>& values, const py::object& u, double dt_s, int substeps,
          const std::pair<double, double>& valve) {
@@ -238,7 +228,7 @@ major : 2 or 3
 instance, set_real, get_real, do_step : int
     Addresses of the instance, and of fmi2SetReal, fmi2GetReal, fmi2DoStep or their like in FMI 3. Nothing checks them.
 inputs, outputs : sequence of (name, reference, scale, offset)
-    Names out of outside_inputs() and outside_outputs(), value references; value of the FMU = scale * SI + offset.
+    Names of the contract, such as force_n and position_m, value references; value of the FMU = scale * SI + offset.
 values : array_like, shape (P,)
     In the order of plant_parameters(): rated command, stroke, pressures of supply and tank, null bias, effects.
 command : array_like, shape (N,)
@@ -295,7 +285,7 @@ read : callable
 step : callable
     step(h, inputs) goes on by h seconds with the inputs held and returns the outputs.
 inputs, outputs : sequence of str
-    What they are, in their order: names out of outside_inputs() and outside_outputs(), in SI.
+    What they are, in their order: names of the contract, such as force_n and position_m; in SI.
 values, command, dt_s, substeps, measured, caught, gain, mass, stiffness, valve
     As run_fmu() takes them.
 

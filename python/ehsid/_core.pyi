@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
 # Signatures of the compiled module; what they mean stands in its docstrings. Checked by
 # tests/python/test_stubs.py.
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from enum import IntEnum
 from typing import Any, ClassVar, TypeAlias, final
 
@@ -694,3 +694,48 @@ def simulate_plant(
     tables: Sequence[tuple[str, str, npt.ArrayLike]] = [],
     disturbances: Sequence[tuple[str, npt.ArrayLike]] = [],
 ) -> tuple[_Array, _Array]: ...
+def outside_command(
+    values: npt.ArrayLike,
+    command: npt.ArrayLike,
+    *,
+    dt_s: float,
+    substeps: int = 1,
+    valve: tuple[float, float] = (0.0, 0.0),
+) -> _Array: ...
+def run_fmu(
+    major: int,
+    instance: int,
+    set_real: int,
+    get_real: int,
+    do_step: int,
+    inputs: Sequence[tuple[str, int, float, float]],
+    outputs: Sequence[tuple[str, int, float, float]],
+    values: npt.ArrayLike,
+    command: npt.ArrayLike,
+    *,
+    dt_s: float,
+    substeps: int,
+    measured: npt.ArrayLike,
+    caught: npt.ArrayLike,
+    gain: float,
+    mass: float,
+    stiffness: tuple[float, float],
+    valve: tuple[float, float],
+) -> tuple[_Array, bool]: ...
+def run_steps(
+    read: Callable[[], Sequence[float]],
+    step: Callable[[float, Sequence[float]], Sequence[float]],
+    inputs: Sequence[str],
+    outputs: Sequence[str],
+    values: npt.ArrayLike,
+    command: npt.ArrayLike,
+    *,
+    dt_s: float,
+    substeps: int,
+    measured: npt.ArrayLike,
+    caught: npt.ArrayLike,
+    gain: float,
+    mass: float,
+    stiffness: tuple[float, float],
+    valve: tuple[float, float],
+) -> tuple[_Array, bool]: ...

@@ -32,6 +32,8 @@ LACKS = MappingProxyType(
     {"ehs": (), "axis": ("valve", "hydraulics"), "linear": ("hydraulics",), "simulator": ()},
 )
 PLANTS = tuple(LACKS)
+# What every servo has and can be put in front of a user's simulator.
+OUTSIDE_NUISANCES = ("nuisance.null_bias", "nuisance.edge_gain_direction")
 # Values of the rig that a user's simulator does not have itself, and that effects are stated with:
 # whether a rig file must have them.
 OF_SIMULATOR = MappingProxyType(
@@ -75,7 +77,8 @@ def belongs_to(name: str, plant: str) -> bool:
 def may_have(name: str, plant: str) -> bool:
     """Returns whether a rig file of the plant may have this value of the plant."""
     if plant == "simulator":
-        return name in OF_SIMULATOR or ParameterKey(name).effect is not None
+        key = ParameterKey(name)
+        return name in OF_SIMULATOR or name in OUTSIDE_NUISANCES or key.effect is not None
     return belongs_to(name, plant) or not ParameterKey(name).is_rig_value
 
 

@@ -138,12 +138,13 @@ def _diagnose(
     pace = Pace(progress, may_be_joint=bool(validate))
     remarks = gate([*records, *validate], rig)
     reasons = [_of_record(remark) for remark in remarks if remark.serious]
+    effort = options.effort or ("full" if engine is None else "screened")
     case = None
     if not reasons:
         fitted = [usable_part(record, rig)[0] for record in records]
         held_out = [usable_part(record, rig)[0] for record in validate]
         try:
-            case = make_case(rig, fitted, held_out, engine)
+            case = make_case(rig, fitted, held_out, engine, effort)
         except ValueError as error:
             if error_words(error) is None:
                 raise
@@ -158,7 +159,7 @@ def _diagnose(
     if validate and _leaves_large_gap(evaluation):
         # The other records cannot show an effect that only the held-out records excite.
         # Therefore all records are fitted together.
-        joint_case = make_case(rig, [*fitted, *held_out], engine=engine)
+        joint_case = make_case(rig, [*fitted, *held_out], engine=engine, effort=effort)
         look = look_for(watch, begun, pace, joint_case)
         joint = _evaluate(joint_case, regimes, options, pace, look)
         joint = _with_missing_laws(joint, regimes, pace, look)

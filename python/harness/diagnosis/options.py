@@ -5,10 +5,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TypedDict
+from typing import Literal, TypedDict, get_args
 
 from ..catalogue.parameters import effects
 from ..rigs.checks import unknown
+
+Effort = Literal["list", "screened", "full"]
 
 
 @dataclass(frozen=True)
@@ -21,14 +23,22 @@ class DiagnosisOptions:
     Raises
     ------
     ValueError
-        an id is not in the catalogue; the message has the nearest known id.
+        an id is not in the catalogue; the message has the nearest known id. Or the effort is none.
     """
 
     exclude: Sequence[str] = ()
     """Ids of effects that are not searched for, each once."""
+    effort: Effort | None = None
+    """How many fits the search makes: "full", each effect; "screened", those that one or two runs
+    of each effect choose; "list", the same without sets of several effects. By default "full" with
+    our simulator and "screened" with one of the user."""
 
     def __post_init__(self) -> None:
-        """Checks the ids."""
+        """Checks the ids and the effort."""
+        if self.effort not in (None, *get_args(Effort)):
+            raise ValueError(
+                f"--effort {self.effort}: expected one of {', '.join(get_args(Effort))}"
+            )
         object.__setattr__(self, "exclude", tuple(dict.fromkeys(self.exclude)))
         for effect in self.exclude:
             if effect not in effects():
@@ -41,6 +51,7 @@ class DiagnosisChoices(TypedDict, total=False):
     """The same as keyword arguments, as `ehsid.diagnose` takes them."""
 
     exclude: Sequence[str]
+    effort: Effort | None
 
 
 DEFAULTS = DiagnosisOptions()

@@ -74,16 +74,6 @@ def run_around(opened: Opened, told: Told, around: Around) -> FloatArray:
     started = opened.start(around.own, around.position0_m)
     if isinstance(started, PythonRecord):
         return _run_whole(started, told, around)
-    shared = {
-        "dt_s": told.dt_s,
-        "substeps": around.substeps,
-        "measured": told.position_m,
-        "caught": told.caught,
-        "gain": around.gain_v_m,
-        "mass": around.mass_kg,
-        "stiffness": around.stiffness_pa_m3,
-        "valve": around.valve,
-    }
     if isinstance(started, PythonSteps):
         outputs, _ = ehsid.run_steps(
             started.read,
@@ -92,9 +82,16 @@ def run_around(opened: Opened, told: Told, around: Around) -> FloatArray:
             opened.outputs,
             around.values,
             told.command_v,
-            **shared,
+            dt_s=told.dt_s,
+            substeps=around.substeps,
+            measured=told.position_m,
+            caught=told.caught,
+            gain=around.gain_v_m,
+            mass=around.mass_kg,
+            stiffness=around.stiffness_pa_m3,
+            valve=around.valve,
         )
-        return np.asarray(outputs)
+        return outputs
     outputs, _ = ehsid.run_fmu(
         started.major,
         started.component,
@@ -107,9 +104,16 @@ def run_around(opened: Opened, told: Told, around: Around) -> FloatArray:
         ),
         around.values,
         told.command_v,
-        **shared,
+        dt_s=told.dt_s,
+        substeps=around.substeps,
+        measured=told.position_m,
+        caught=told.caught,
+        gain=around.gain_v_m,
+        mass=around.mass_kg,
+        stiffness=around.stiffness_pa_m3,
+        valve=around.valve,
     )
-    return np.asarray(outputs)
+    return outputs
 
 
 def _variables(
@@ -137,22 +141,27 @@ def _run_whole(simulate: PythonRecord, told: Told, around: Around) -> FloatArray
         substeps=1,
         valve=around.valve,
     )
-    feedback = np.zeros_like(sent)
     edges = np.flatnonzero(np.diff(told.caught.astype(np.int8), prepend=0, append=0))
-    outputs = simulate.run(sent, told.dt_s, around.own, around.position0_m)
+    feedback = np.zeros_like(sent)
+    outputs = _whole(simulate, told, sent)
     for _ in range(PULSES if around.gain_v_m > 0.0 else 0):
         error = told.position_m - outputs[:, 0]
         moved = 0.0
-        for begin, end in edges.reshape(-1, 2):
-            last = min(end, error.size - 1)
+        for begin, end in edges.reshape(-1, 2).tolist():
             # What the pulse has to move the rod by, less what earlier pulses now move it by.
-            missing = error[last] - moved
+            missing = float(error[min(end, error.size - 1)]) - moved
             seconds = (end - begin) * told.dt_s
-            pulse = missing * around.gain_v_m / (CATCH_RATE_1_S * seconds)
-            feedback[begin:end] += pulse
+            feedback[begin:end] += missing * around.gain_v_m / (CATCH_RATE_1_S * seconds)
             moved += missing
-        outputs = simulate.run(sent + feedback, told.dt_s, around.own, around.position0_m)
+        outputs = _whole(simulate, told, sent + feedback)
     return _sensed(outputs, told, around)
+
+
+def _whole(simulate: PythonRecord, told: Told, command_v: FloatArray) -> FloatArray:
+    """Outputs, shape (N, 6), as `run_around` gives them."""
+    given = simulate.run(told.dt_s, {"command_v": command_v})
+    none = np.full(command_v.size, np.nan)
+    return np.column_stack([given.get(name, none) for name in ehsid.plant_outputs()])
 
 
 def _sensed(outputs: FloatArray, told: Told, around: Around) -> FloatArray:

@@ -15,7 +15,6 @@ import subprocess
 import sys
 import threading
 import time
-from collections.abc import Callable
 from dataclasses import dataclass
 from multiprocessing.connection import Client, Connection, Listener
 from typing import Any
@@ -26,7 +25,7 @@ from ..base.numbers import FloatArray
 from ..records.errors import Limit
 from ..rigs.simulator_section import SimulatorSection
 from .around import Around, Told, run_around
-from .opening import SimulatorError, open_simulator
+from .opening import Opened, SimulatorError, open_simulator
 
 LOGGER = logging.getLogger(__name__)
 
@@ -188,14 +187,12 @@ def _serve(connection: Connection[Any, Any]) -> None:
         if what == "told":
             records[key] = given
             continue
-        connection.send(
-            _answer(lambda key=key, given=given: run_around(opened, records[key], given))
-        )
+        connection.send(_answer(opened, records[key], given))
 
 
-def _answer(run: Callable[[], FloatArray]) -> FloatArray | Failed | SimulatorError:
+def _answer(opened: Opened, told: Told, around: Around) -> FloatArray | Failed | SimulatorError:
     try:
-        return run()
+        return run_around(opened, told, around)
     except SimulatorError as error:
         return error
     except MemoryError:

@@ -16,6 +16,7 @@ from ...catalogue.parameters import effects as catalogue
 from ...records import Record
 from ...rigs import Rig
 from ..data.floor import NoiseFloor, sensor_floor
+from ..options import Effort
 from ..schema import WINDOW_S
 from .comparison import Blocks, Compared, compare, varying_outputs
 from .differences import SimulatorEngine
@@ -58,6 +59,8 @@ class Case:
     """Length of the windows in s, and which states are reset in each window, as in `compare`."""
     held: Mapping[str, float] = field(default_factory=dict)
     """Values of parameters of effects that are not fitted, by full name."""
+    effort: Effort = "full"
+    """How many fits the search makes."""
     engine: SimulatorEngine | None = None
     """Runs of the simulator of the rig; None where that is ours."""
     prepared: dict[tuple[Record, float, bool, Blocks], Compared] = field(default_factory=dict)
@@ -143,11 +146,12 @@ def make_case(
     training: Sequence[Record],
     held_out: Sequence[Record] = (),
     engine: SimulatorEngine | None = None,
+    effort: Effort = "full",
 ) -> Case:
     """Selects the compared outputs, their noise floors, the integration steps and the windows.
 
     If there are no held-out records, blocks of the training records are held out instead. engine:
-    runs of the simulator of the rig, where that is not ours.
+    runs of the simulator of the rig, where that is not ours. effort: see `DiagnosisOptions`.
 
     Raises
     ------
@@ -189,6 +193,7 @@ def make_case(
         substeps,
         blocks,
         *windows,
+        effort=effort,
         engine=engine,
     )
 

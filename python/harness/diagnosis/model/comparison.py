@@ -239,6 +239,5 @@ def varying_outputs(compared: Compared, floors: Mapping[str, float]) -> tuple[st
     return tuple(
         name
         for name, measured in compared.outputs.items()
-        if name in floors
-        and np.std(compared.centred(measured)) > LEAST_VARIATION * floors[name]
+        if name in floors and np.std(compared.centred(measured)) > LEAST_VARIATION * floors[name]
     )

@@ -116,6 +116,16 @@ class Linear:
             )
         return joined
 
+    def at(self, errors: Mapping[str, FloatArray]) -> Linear:
+        """Returns the same exact sensitivities with other errors."""
+        other = Linear(self._spectrum, errors, {})
+        other._exact, other._grams = self._exact, self._grams
+        return other
+
+    def after(self, step: FloatArray) -> dict[str, FloatArray]:
+        """Returns the errors behind a step in x, shape (n,), by the exact sensitivities."""
+        return {name: errors + self._times(name, step) for name, errors in self.errors.items()}
+
     def _product(self, a: FloatArray, b: FloatArray) -> FloatArray:
         """Products a'b of the rows of each band, shape (BANDS, columns of a, columns of b)."""
         product = np.zeros((BANDS, a.shape[1], b.shape[1]))

@@ -110,7 +110,9 @@ class Problem:
         self._columns = [OUTPUTS.index(name) for name in self.outputs]
         self._engine = engine
         of_simulator = np.array([rig.values[name] for name in own])
-        self._base = np.hstack([self.rig.plant_values(fixed), self.rig.table_values(), of_simulator])
+        self._base = np.hstack(
+            [self.rig.plant_values(fixed), self.rig.table_values(), of_simulator]
+        )
         self.spectrum = Spectrum(self.records)
         self._centre = np.array([parameter.centre for parameter in self.parameters])
         self._weight = np.array([parameter.sigma**-2 for parameter in self.parameters])

@@ -23,6 +23,7 @@ from ..model.scale import effect_starts
 from ..model.separation import contains
 from ..result import Stage
 from .candidates import (
+    FitStart,
     FittedCandidate,
     calibrate,
     decision_case,
@@ -36,6 +37,7 @@ from .candidates import (
     spelled_out,
 )
 from .intervals import above_floor, likelihood_gain, matters
+from .preselection import KEPT_ALONE, KEPT_TOGETHER, preselected
 
 # The best few candidates of a screening get a long fit; the best of these are extended.
 MOST_REFINED = 6
@@ -56,8 +58,9 @@ FORWARD_NATS = 5.0
 FORWARD_RELATIVE = 0.05
 
 # Share of the time of a screening that the short fits from the start take; laws that grow from
-# simpler ones take the rest.
+# simpler ones take the rest. Of the former, what it takes to choose which are worth a fit.
 SCREENING = 0.75
+PRESELECTION = 0.2
 
 
 class Look(Protocol):
@@ -152,7 +155,7 @@ def search(
     single_effects = _grown_again(case, single_effects, [*single_effects, *simpler])
     refined = [*single_effects, *simpler]
     front = single_effects
-    for count in range(2, MOST_EFFECTS + 1):
+    for count in range(2, (1 if case.effort == "list" else MOST_EFFECTS) + 1):
         if above_floor(case, min([calibrated, *refined], key=_held_out_cost)) < AT_FLOOR:
             break
         contained = [calibrated, *refined]
@@ -248,6 +251,7 @@ def _screen_extensions(
     tasks: dict[tuple[str, ...], Callable[[], FittedCandidate]] = {}
     simpler_laws: dict[tuple[str, ...], tuple[str, ...]] = {}
     covered: dict[frozenset[str], tuple[str, ...]] = {}
+    starts_of: dict[tuple[str, ...], Sequence[FitStart]] = {}
     for parent in parents:
         fit_starts = [linearised_start(case, parent.effects, parent.x), *extra_starts]
         for effect in effect_ids:
@@ -257,12 +261,22 @@ def _screen_extensions(
             if repeats_a_law(effect_set):
                 continue
             covered[frozenset(effect_set)] = effect_set
+            starts_of[effect_set] = fit_starts
             simpler = effects()[effect].contains
             start_set = effect_set
             if simpler is not None and simpler not in effect_set:
                 start_set = simpler_laws[effect_set] = (*parent.effects, simpler)
             tasks.setdefault(start_set, partial(screen, case, start_set, fit_starts))
-    shorts = run_together(list(tasks.values()), part_of(progress, 0.0, SCREENING))
+    if case.effort != "full":
+        kept = KEPT_TOGETHER if parents[0].effects else KEPT_ALONE
+        known = [(each, starts_of[each]) for each in tasks if each in starts_of]
+        keep = set(preselected(case, known, kept, part_of(progress, 0.0, PRESELECTION)))
+        keep |= tasks.keys() - starts_of.keys()  # simpler laws that are left out by themselves
+        tasks = {each: task for each, task in tasks.items() if each in keep}
+        simpler_laws = {law: start for law, start in simpler_laws.items() if start in keep}
+        fitted = {frozenset(each) for each in (*tasks, *simpler_laws)}
+        covered = {key: each for key, each in covered.items() if key in fitted}
+    shorts = run_together(list(tasks.values()), part_of(progress, PRESELECTION, SCREENING))
     found = dict(zip(tasks, shorts, strict=True))
     grown = run_together(
         [
