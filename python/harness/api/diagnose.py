@@ -4,10 +4,10 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from contextlib import nullcontext
 from pathlib import Path
-from typing import TYPE_CHECKING, Unpack
+from typing import TYPE_CHECKING, Any, Unpack
 
 from .. import diagnosis as gap
 from .. import records
@@ -22,6 +22,7 @@ from ..show.gap_words import plain_name, summary_tables, told_reasons, told_rema
 from ..show.page import Items, Told
 from ..show.units import percent
 from ..show.verdict_words import VERDICTS
+from ..simulators.callables import rig_around, with_function
 from .record import Record, Source, record_of
 from .rig import Rig, RigSource, rig_of
 from .tables import Shown
@@ -148,8 +149,9 @@ class Diagnosis(Shown):
 
 def diagnose(
     records: Source | Sequence[Source],
-    rig: RigSource,
+    rig: RigSource | None = None,
     *,
+    simulator: Callable[..., Any] | None = None,
     validate: Source | Sequence[Source] = (),
     workers: int | None = None,
     progress: bool = True,
@@ -163,7 +165,12 @@ def diagnose(
         records to fit, each a record, a path, or columns in memory with `command_v` and
         `position_m`; one of them needs no list.
     rig
-        a rig, or the path of a rig file.
+        a rig, or the path of a rig file. It can be left out beside a simulator that tells its
+        names and values itself.
+    simulator
+        your own simulator in place of ours: a class or an object with `reset` and `step`, or a
+        function of a whole record; see docs/user_simulator.md. With a rig of plant "simulator" it
+        takes the place of the program that the rig file names.
     validate
         records to judge by, which are not fitted; without them blocks of the others are held out.
     workers
@@ -171,7 +178,8 @@ def diagnose(
     progress
         whether to show the progress: a bar on a terminal, else the logger `ehsid`.
     **options
-        `exclude`: ids of effects that are not searched for.
+        `exclude`: ids of effects that are not searched for. `effort`: "list", "screened" or "full",
+        how many fits the search makes.
 
     Raises
     ------
@@ -187,8 +195,8 @@ def diagnose(
     >>> ehsid.diagnose(run.record, rig, progress=False).verdict
     'insufficient_data'
     """
-    machine = rig_of(rig)
     with in_python():
+        machine = _machine(rig, simulator, [*_list(records), *_list(validate)])
         chosen = DiagnosisOptions(**options)
         fitted = [_record(one, machine) for one in _list(records)]
         held_out = [_record(one, machine) for one in _list(validate)]
@@ -203,6 +211,24 @@ def diagnose(
                 progress=report,
             )
     return Diagnosis(result, named, machine)
+
+
+def _machine(
+    rig: RigSource | None, simulator: Callable[..., Any] | None, given: Sequence[Source]
+) -> Rig:
+    """Returns the rig, with the simulator of the user in it."""
+    if simulator is None:
+        if rig is None:
+            raise ValueError(
+                "rig is missing: expected a rig, the path of a rig file, or simulator=..."
+            )
+        return rig_of(rig)
+    if rig is not None:
+        return Rig(with_function(rig_of(rig).result, simulator))
+    used = [
+        read_record(one) if isinstance(one, str | os.PathLike) else record_of(one) for one in given
+    ]
+    return Rig(rig_around(simulator, used))
 
 
 def _list(given: Source | Sequence[Source]) -> Sequence[Source]:

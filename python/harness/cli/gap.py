@@ -85,7 +85,20 @@ ExcludedEffects = Annotated[
 ]
 
 
-def diagnosis_options(exclude_effect: ExcludedEffects = None) -> DiagnosisOptions:
+EffortOption = Annotated[
+    str | None,
+    typer.Option(
+        metavar="list|screened|full",
+        help="how many fits: each effect; those that one run an effect chooses; the same without "
+        "sets of several effects. Default: full, with your own simulator screened",
+        show_default=False,
+    ),
+]
+
+
+def diagnosis_options(
+    exclude_effect: ExcludedEffects = None, effort: EffortOption = None
+) -> DiagnosisOptions:
     """Returns what these options say; each argument is an option of the commands.
 
     Raises
@@ -95,7 +108,7 @@ def diagnosis_options(exclude_effect: ExcludedEffects = None) -> DiagnosisOption
     """
     from ..diagnosis.options import DiagnosisOptions
 
-    return DiagnosisOptions(exclude_effect or ())
+    return DiagnosisOptions(exclude_effect or (), effort)  # type: ignore[arg-type]
 
 
 def with_diagnosis_options(command: Callable[..., None]) -> Callable[..., None]:

@@ -10,6 +10,7 @@ from __future__ import annotations
 import contextlib
 import logging
 import os
+import pickle
 import secrets
 import subprocess
 import sys
@@ -95,7 +96,7 @@ class SimulatorProcess:
                 self._process.stdin.flush()
                 self._connection = _accepted(listener, self._process)
             self._known = set()
-            self._connection.send(("open", self._section))
+            self._connection.send(pickled(self._section))
             if not self._connection.poll(START_S):
                 self.close()
                 raise SimulatorError(
@@ -126,6 +127,20 @@ class SimulatorProcess:
         if self._connection is not None:
             self._connection.close()
             self._connection = None
+
+
+def pickled(section: SimulatorSection) -> bytes:
+    """Returns the section for another process: what the user's own program defines goes along.
+
+    Raises
+    ------
+    Exception
+        the user's function or object holds something that no other process can have.
+    """
+    # Imported here because only a function of a program needs it.
+    from joblib.externals import cloudpickle
+
+    return bytes(cloudpickle.dumps(section))
 
 
 def _accepted(listener: Listener, process: subprocess.Popen[bytes]) -> Connection[Any, Any]:
@@ -174,8 +189,8 @@ def _end_with(parent: int) -> None:
 
 def _serve(connection: Connection[Any, Any]) -> None:
     """Answers until the other end closes."""
-    _, section = connection.recv()
     try:
+        section = pickle.loads(connection.recv())
         opened = open_simulator(section)
     except SimulatorError as error:
         connection.send(error)

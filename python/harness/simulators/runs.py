@@ -28,7 +28,7 @@ from ..rigs import Rig
 from ..rigs.simulator_section import SimulatorSection, own_name
 from .around import CATCH_RATE_1_S, Around, Told, run_around
 from .opening import Opened, SimulatorError, open_simulator
-from .process import Failed, SimulatorProcess
+from .process import Failed, SimulatorProcess, pickled
 
 # Effects that act through ports need steps that follow the oil spring, s.
 PORT_STEP_S = 5e-4
@@ -65,10 +65,11 @@ class SimulatorRuns:
         self._names = list(plant_parameters())
         self._own = [own for name in rig.values if (own := own_name(name)) is not None]
         self._idle: queue.LifoQueue[_Runner] = queue.LifoQueue()
-        if self.section.function is not None:
-            self._runners: list[_Runner] = [_InProcess(self.section)]
-        else:
+        self._runners: list[_Runner]
+        if _can_move(self.section):
             self._runners = [SimulatorProcess(self.section) for _ in range(count)]
+        else:
+            self._runners = [_InProcess(self.section)]
         for runner in self._runners:
             self._idle.put(runner)
         self._kept: OrderedDict[tuple[int, bytes], FloatArray] = OrderedDict()
@@ -238,7 +239,7 @@ USUAL_DAMPING = 0.9
 
 
 class _InProcess:
-    """A program that was passed in this process, which runs here, one run at a time."""
+    """A program that no other process can have, which runs here, one run at a time."""
 
     def __init__(self, section: SimulatorSection) -> None:
         self._section = section
@@ -255,6 +256,17 @@ class _InProcess:
 
 
 _Runner = SimulatorProcess | _InProcess
+
+
+def _can_move(section: SimulatorSection) -> bool:
+    """Whether another process can have the program."""
+    if section.function is None:
+        return True
+    try:
+        pickled(section)
+    except Exception:  # a lock, a socket, an object of C: pickle has no common error
+        return False
+    return True
 
 
 def _usable(rig: Rig) -> SimulatorSection:
