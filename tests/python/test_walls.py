@@ -96,14 +96,14 @@ PRODUCT: dict[str, set[str]] = {
     "signals/excitation": set(),
     "signals/simulation": {"records", "rigs", "signals/excitation"},
     "signals/injection": {"records", "rigs"},
-    "simulators": {"rigs", "simulators/description", "simulators/source"},
+    "simulators": {"records", "rigs", "simulators/description", "simulators/source"},
     "models/identification": {"records"},
     "models/estimation": {"models/identification"},
     "firmware": {"models/estimation", "models/identification"},
     "diagnosis/tables": {"records", "rigs"},
     "diagnosis/data": {"diagnosis/tables", "records", "rigs", "signals/simulation"},
     "fitness": {"diagnosis/data", "diagnosis/tables", "records", "rigs"},
-    "diagnosis/model": BELOW_DIAGNOSIS,
+    "diagnosis/model": {*BELOW_DIAGNOSIS, "simulators"},
     "diagnosis/search": {*BELOW_DIAGNOSIS, "diagnosis/model"},
     "diagnosis/decision": {"diagnosis/model", "diagnosis/search", "diagnosis/tables", "rigs"},
     "diagnosis/laws": {
@@ -114,6 +114,7 @@ PRODUCT: dict[str, set[str]] = {
     "diagnosis": {
         *("diagnosis/data", "diagnosis/decision", "diagnosis/laws", "diagnosis/model"),
         *("diagnosis/next_experiment", "diagnosis/search", "diagnosis/tables", "records", "rigs"),
+        "simulators",
     },
     "fleet": {"diagnosis", "diagnosis/tables", "records"},
     "show": {
@@ -122,7 +123,7 @@ PRODUCT: dict[str, set[str]] = {
     },
     "api": {
         *("diagnosis", "diagnosis/tables", "models/estimation", "models/identification"),
-        *("records", "rigs", "show", "signals/excitation", "signals/simulation"),
+        *("records", "rigs", "simulators", "show", "signals/excitation", "signals/simulation"),
     },
     "cli": {
         *("diagnosis", "diagnosis/data", "diagnosis/tables", "firmware", "fitness", "fleet"),

@@ -44,6 +44,13 @@ OUTSIDE_EXPLAINED = -1.2
 # The same where only the position is measured, which shows less of any cause.
 OUTSIDE_POSITION = 1.5
 
+# The same with a user's simulator to which no effect of the catalogue could be given, nats; in
+# proportion to the share of them that lack their port.
+UNCARRIED = 4.0
+# A value of such a simulator that moved by more standard deviations is evidence for something else
+# that it stands in for; from the second number on the page says so.
+MOVED_FREELY, MOVED_TOO_FAR = 2.0, 3.0
+
 # Share of the probability that is spread over all answers alike: in three cases of a hundred the
 # search has missed the cause, or the machine does what nobody thought of.
 LAPSE = 0.03

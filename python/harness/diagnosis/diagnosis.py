@@ -4,8 +4,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -13,18 +12,17 @@ import numpy as np
 from msgspec.structs import replace as replace_part
 
 from ..base.error_words import error_words
-from ..base.parallel import Progress, single_threaded_algebra, threads_only
+from ..base.parallel import Progress, single_threaded_algebra
 from ..catalogue.spellings import ParameterKey
 from ..records import Record
 from ..rigs import Rig
-from ..rigs.carried import carried
 from ..rigs.rig import table_subsystem
-from ..simulators.runs import opened_runs
 from .data.gate import gate, usable_part
 from .data.regimes import BOOTSTRAP_SEED, Regimes, visited
 from .deciding import EFFECT, FIT_TOGETHER, WORSE_HELD_OUT
 from .decision import results
-from .decision.effect_selection import Selection, least_loss, select_effects
+from .decision.effect_selection import Selection, least_loss, select_effects, with_inside
+from .decision.inside import Inside, evidence_of
 from .decision.posterior import left, with_law
 from .decision.verdict import Decision, decide
 from .job import LOGGER, Begun, Pace, Watch, look_for
@@ -54,6 +52,13 @@ from .search.candidates import FittedCandidate, calibrate_nuisances, decision_ca
 from .search.identifiability import effects_hardly_shown, unidentifiable_effects
 from .search.maps import QUANTISATION, localise, position_step
 from .search.search import Look, SearchResult, candidate_effects, search
+from .user_simulator import (
+    engine_of,
+    not_carried,
+    outside_of_simulator,
+    simulator_remarks,
+    values_that_moved,
+)
 
 # Probability of an effect that the record itself shows. In three of a hundred cases the cause is
 # one that nobody thought of.
@@ -110,18 +115,8 @@ def diagnose(
     """
     if not records:
         raise ValueError("the diagnosis needs a record")
-    with single_threaded_algebra(), _engine_of(rig) as engine:
+    with single_threaded_algebra(), engine_of(rig) as engine:
         return _diagnose(records, rig, validate, options, progress, watch, begun, engine)
-
-
-@contextmanager
-def _engine_of(rig: Rig) -> Iterator[SimulatorEngine | None]:
-    """The simulator of the rig, opened in processes of its own; None where that is ours."""
-    if rig.simulator is None:
-        yield None
-        return
-    with opened_runs(rig) as runs, threads_only():
-        yield SimulatorEngine(runs)
 
 
 def _diagnose(
@@ -207,7 +202,7 @@ def _diagnose(
         ambiguity_set=ambiguity_set,
         candidates=results.ranked_candidates(case, search_result, selection),
         cannot_judge=(
-            *_not_carried(rig),
+            *not_carried(rig),
             *(
                 each
                 for each in unidentifiable_effects(regimes, effect_ids, rig.plant)
@@ -219,7 +214,10 @@ def _diagnose(
         next_experiment=experiment,
         how_far=evaluation.reduction,
         calibration=evaluation.calibration,
-        remarks=tuple(remarks),
+        remarks=(
+            *remarks,
+            *simulator_remarks(evaluation.case, evaluation.decision.verdict, evaluation.inside),
+        ),
         runs=evaluation.runs,
         rig=rig,
         augmented_rig=_augmented(rig, augmented, laws),
@@ -236,14 +234,6 @@ def _diagnose(
             for parameter in case.parameters()
         },
     )
-
-
-def _not_carried(rig: Rig) -> Iterator[CannotJudge]:
-    """Effects that cannot act on the simulator of a user from outside."""
-    if rig.simulator is not None:
-        for effect, reason in carried(rig).items():
-            if reason is not None:
-                yield CannotJudge(effect, reason)
 
 
 def _located(
@@ -277,6 +267,8 @@ def _located(
     except (ValueError, ArithmeticError):
         LOGGER.info("where the gap lies could not be told", exc_info=True)
         return replace_part(NOWHERE, notes=(NOT_TOLD,)), ()
+    if case.engine is not None and not best.effects:
+        where = outside_of_simulator(case, found, where, evaluation.inside)
     return where, unknown_inputs
 
 
@@ -322,6 +314,8 @@ class _Evaluation:
     hardly_shown: Sequence[CannotJudge]
     step: Estimate | None
     laws: LawsFound | None = None
+    inside: tuple[Inside, ...] = ()
+    """Values of a user's simulator that could stand in for what it cannot be given."""
 
     @cached_property
     def decision(self) -> Decision:
@@ -380,6 +374,10 @@ def _evaluate(
 ) -> _Evaluation:
     search_result = search(case, options.exclude, pace.within, look)
     selection = select_effects(case, search_result)
+    inside: tuple[Inside, ...] = ()
+    if case.engine is not None:
+        inside = tuple(values_that_moved(case, selection.best))
+        selection = with_inside(selection, search_result, evidence_of(inside), unnamed=bool(inside))
     best = selection.best
     runs, reduction = results.held_out_results(
         case, search_result.nominal, search_result.calibrated, best
@@ -389,7 +387,16 @@ def _evaluate(
     hardly_shown = effects_hardly_shown(best, regimes, case.rig.plant)
     step = position_step(case, options.exclude)
     return _Evaluation(
-        case, search_result, selection, runs, reduction, values, calibration, hardly_shown, step
+        case,
+        search_result,
+        selection,
+        runs,
+        reduction,
+        values,
+        calibration,
+        hardly_shown,
+        step,
+        inside=inside,
     )
 
 

@@ -14,10 +14,12 @@ import pickle
 import secrets
 import subprocess
 import sys
+import tempfile
 import threading
 import time
 from dataclasses import dataclass
 from multiprocessing.connection import Client, Connection, Listener
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -52,6 +54,7 @@ class SimulatorProcess:
         self._section = section
         self._connection: Connection[Any, Any] | None = None
         self._process: subprocess.Popen[bytes] | None = None
+        self._folder: tempfile.TemporaryDirectory[str] | None = None
         self._known: set[int] = set()
 
     def run(self, told: Told, around: Around) -> FloatArray | Failed:
@@ -96,7 +99,9 @@ class SimulatorProcess:
                 self._process.stdin.flush()
                 self._connection = _accepted(listener, self._process)
             self._known = set()
-            self._connection.send(pickled(self._section))
+            self._folder = tempfile.TemporaryDirectory(prefix="ehsid-", ignore_cleanup_errors=True)
+            # The program may import what this process can import.
+            self._connection.send((sys.path, pickled(self._section), Path(self._folder.name)))
             if not self._connection.poll(START_S):
                 self.close()
                 raise SimulatorError(
@@ -127,6 +132,9 @@ class SimulatorProcess:
         if self._connection is not None:
             self._connection.close()
             self._connection = None
+        if self._folder is not None:
+            self._folder.cleanup()
+            self._folder = None
 
 
 def pickled(section: SimulatorSection) -> bytes:
@@ -137,8 +145,8 @@ def pickled(section: SimulatorSection) -> bytes:
     Exception
         the user's function or object holds something that no other process can have.
     """
-    # Imported here because only a function of a program needs it.
-    from joblib.externals import cloudpickle
+    # Imported here because only a run needs it.
+    import cloudpickle
 
     return bytes(cloudpickle.dumps(section))
 
@@ -189,9 +197,9 @@ def _end_with(parent: int) -> None:
 
 def _serve(connection: Connection[Any, Any]) -> None:
     """Answers until the other end closes."""
+    sys.path[:], section, folder = connection.recv()
     try:
-        section = pickle.loads(connection.recv())
-        opened = open_simulator(section)
+        opened = open_simulator(pickle.loads(section), folder)
     except SimulatorError as error:
         connection.send(error)
         return

@@ -40,7 +40,7 @@ from ..model.case import Case
 from ..search.candidates import FittedCandidate, effect_families
 from ..search.intervals import likelihood_gain, matters, simpler_part, too_large
 from ..search.search import SearchResult
-from .posterior import Hypothesis, Posterior, posterior
+from .posterior import Hypothesis, Posterior, posterior, with_outside
 
 
 def in_words(effects: Sequence[str]) -> str:
@@ -165,6 +165,23 @@ def select_effects(case: Case, search_result: SearchResult) -> Selection:
     """Chooses the answer that loses least under the probabilities of all fitted sets."""
     probabilities = posterior(case, search_result.calibrated, search_result.refined)
     answer = least_loss(probabilities)
+    named = [each.candidate for each in answer.named]
+    best = named[0] if named else search_result.calibrated
+    return Selection(best, tuple(named[1:]), answer, probabilities)
+
+
+def with_inside(
+    selection: Selection, search_result: SearchResult, evidence: float, *, unnamed: bool
+) -> Selection:
+    """Returns the selection with evidence, nats, for a cause inside of a user's simulator.
+
+    unnamed: whether effects that the simulator cannot be given could look like those of the best
+    set. Beside a cause outside none is then named.
+    """
+    probabilities = with_outside(selection.posterior, evidence)
+    answer = least_loss(probabilities)
+    if answer.kind == "outside" and unnamed:
+        answer = Answer("outside", (), answer.loss)
     named = [each.candidate for each in answer.named]
     best = named[0] if named else search_result.calibrated
     return Selection(best, tuple(named[1:]), answer, probabilities)

@@ -62,6 +62,7 @@ from ..schema import Estimate, HowFar, Value
 from ..search.candidates import FittedCandidate, effect_families, law_count
 from ..search.intervals import margin, matters
 from ..search.maps import edges_can_replace_force
+from .inside import uncarried_odds
 
 
 @dataclass(frozen=True)
@@ -250,6 +251,18 @@ def with_law(posterior: Posterior, evidence: float, constants: Constants = IN_US
     )
 
 
+def with_outside(posterior: Posterior, evidence: float) -> Posterior:
+    """Returns the probabilities with further evidence, nats, for a cause outside."""
+    others = 1.0 - posterior.outside
+    grown = posterior.outside * math.exp(min(evidence, MOST_EVIDENCE))
+    outside = min(grown / (others + grown), 1.0 - LAPSE)
+    rest = (1.0 - outside) / others if others > 0.0 else 1.0
+    return Posterior(
+        tuple(replace(each, probability=rest * each.probability) for each in posterior.hypotheses),
+        outside,
+    )
+
+
 def score(
     left: npt.ArrayLike,
     laws: npt.ArrayLike,
@@ -325,6 +338,7 @@ def posterior(
     scores = score(lefts, [law_count(candidate.effects) for candidate in candidates], smalls)
     best = int(np.argmax(scores))
     outside = float(outside_score(scores[best], lefts[best], lefts[0], case.pressures))
+    outside += uncarried_odds(case.rig)
     probabilities = probabilities_of(np.array([*scores, outside]))
     hypotheses = [
         Hypothesis(*each)

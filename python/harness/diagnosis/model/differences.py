@@ -43,10 +43,14 @@ class SimulatorEngine:
 
     def outputs(self, record: Compared, values: FloatArray) -> dict[str, FloatArray]:
         """Outputs by name, shape (N,) each, with each window moved to its measured start."""
-        outputs = self.runs.outputs(self._of(record), values)
+        outputs = self.raw(record, values)
         named = {name: outputs[:, column] for column, name in enumerate(OUTPUTS)}
         named["position_m"] = _aligned(named["position_m"], record)
         return named
+
+    def raw(self, record: Compared, values: FloatArray) -> FloatArray:
+        """Outputs as the simulator gives them, shape (N, 6)."""
+        return self.runs.outputs(self._of(record), values)
 
     def _of(self, record: Compared) -> Told:
         assert record.caught is not None

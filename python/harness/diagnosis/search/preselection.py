@@ -11,7 +11,7 @@ The effects whose best dx and s leave least get a fit.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from functools import partial
 
 import numpy as np
@@ -22,6 +22,7 @@ from ..model.case import Case
 from ..model.parameters import effect_parameters
 from ..model.problem import Problem
 from ..model.scale import effect_starts
+from ..options import Effort
 from .candidates import FitStart
 
 # A size at which a fit starts is within a factor of two or three of any that matters.
@@ -29,7 +30,8 @@ MOST_SHARE = 3.0
 # The likelihood weighs errors by their own size, so that its minimum takes a few steps.
 STEPS = 4
 # Sets that go on: in trials the truth was among the first three of 12 to 23.
-KEPT_ALONE, KEPT_TOGETHER = 8, 4
+KEPT_ALONE: Mapping[Effort, int] = {"list": 3, "screened": 8}
+KEPT_TOGETHER = 4
 
 
 def preselected(

@@ -268,7 +268,7 @@ def _screen_extensions(
                 start_set = simpler_laws[effect_set] = (*parent.effects, simpler)
             tasks.setdefault(start_set, partial(screen, case, start_set, fit_starts))
     if case.effort != "full":
-        kept = KEPT_TOGETHER if parents[0].effects else KEPT_ALONE
+        kept = KEPT_TOGETHER if parents[0].effects else KEPT_ALONE[case.effort]
         known = [(each, starts_of[each]) for each in tasks if each in starts_of]
         keep = set(preselected(case, known, kept, part_of(progress, 0.0, PRESELECTION)))
         keep |= tasks.keys() - starts_of.keys()  # simpler laws that are left out by themselves
