@@ -482,10 +482,19 @@ def _roles(records: Sequence[Record], validate: Sequence[Record]) -> dict[str, s
 
 
 def _settings(case: Case, options: DiagnosisOptions) -> dict[str, object]:
+    of_simulator: dict[str, object] = {}
+    if case.engine is not None:
+        of_simulator = {
+            "windows": "caught and released",
+            "simulator": case.engine.runs.section.what,
+            "tolerance": case.engine.tolerance,
+            "effort": case.effort,
+        }
     return {
         "window_s": case.window_s,
-        "skip_s": SKIP_S,
+        "skip_s": SKIP_S if case.engine is None else case.engine.first_catch_s,
         "reset": "estimate" if case.all_states else "carry",
+        **of_simulator,
         "outputs": list(case.outputs),
         "outputs_left_out": list(case.left_out),
         "effects_excluded": list(options.exclude),

@@ -76,7 +76,11 @@ class SimulatorRuns:
         self._lock = threading.Lock()
         self.runs = 0
         self.failures: dict[str, int] = {}
-        self.measured = self._measure()
+        try:
+            self.measured = self._measure()
+        except BaseException:
+            self.close()
+            raise
 
     def close(self) -> None:
         """Ends all processes."""
