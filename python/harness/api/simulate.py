@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast
@@ -29,6 +29,7 @@ from ..show.page import Told
 from ..signals import simulation
 from ..signals.excitation.shapes import SIGNALS
 from ..signals.simulation import SimulationRun, draw_noise
+from ..signals.simulation.outside import opened_outside, simulate_outside
 from ..signals.simulation.run import logged_command
 from ..signals.simulation.settings import SignalOptions, as_command, check_start
 from .record import Record, Source, record_of
@@ -45,7 +46,7 @@ DURATION_S = 10.0
 
 
 class Simulation(Shown, Tabular):
-    """A run of the simulator; its frame has time, command and all outputs.
+    """A run of the simulator; its frame has time, command and the outputs.
 
     Attributes
     ----------
@@ -162,23 +163,27 @@ def simulate(
     machine = rig_of(rig)
     room = machine.result
     is_signal = isinstance(command, str) and command in SIGNALS
-    with in_python():
+    with in_python(), ExitStack() as stack:
         check_start(room, position0_m)
-        if is_signal:
-            step = DT_S if dt_s is None else dt_s
-            options = SignalOptions(str(command), duration_s, step, amplitude, seed)
-            volts = as_command(room, options, position0_m)
-        else:
+        step, volts = DT_S if dt_s is None else dt_s, None
+        if not is_signal:
             volts, step = _given(machine, command, dt_s)
-        result = simulation.simulate(
-            room,
-            volts,
-            dt_s=step,
-            position0_m=position0_m,
-            values=values,
-            keep_inside=is_signal,
-            noise=_noise(machine, volts.size, seed) if noise else None,
-        )
+        runs = stack.enter_context(opened_outside(room, position0_m))
+        if volts is None:
+            options = SignalOptions(str(command), duration_s, step, amplitude, seed)
+            speed = None if runs is None else runs.measured.speed_per_volt
+            volts = as_command(room, options, position0_m, speed)
+        settings: dict[str, Any] = {
+            "dt_s": step,
+            "position0_m": position0_m,
+            "values": values,
+            "keep_inside": is_signal,
+            "noise": _noise(machine, volts.size, seed) if noise else None,
+        }
+        if runs is None:
+            result = simulation.simulate(room, volts, **settings)
+        else:
+            result = simulate_outside(runs, volts, **settings)
     return Simulation(result, machine)
 
 

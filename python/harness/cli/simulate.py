@@ -99,6 +99,7 @@ def simulate_command(
     from ..rigs import read_rig
     from ..show.model_blocks import run_table
     from ..signals.simulation import draw_noise, parse_settings, simulate, simulate_closed_loop
+    from ..signals.simulation.outside import opened_outside, simulate_outside
     from ..signals.simulation.run import logged_command
     from ..signals.simulation.settings import SignalOptions, as_command, as_reference, check_start
 
@@ -136,7 +137,7 @@ def simulate_command(
             signal = SignalOptions(excitation, duration, step, amplitude, seed)
             samples = signal.samples
         with progress_of(f"simulating {rig.name}") as progress:
-            settings: dict[str, Any] = {"values": values, "progress": progress}
+            settings: dict[str, Any] = {"values": values}
             if noise:
                 if not any(rig.sensors.values()):
                     raise ValueError(
@@ -148,14 +149,22 @@ def simulate_command(
             if signal is not None and loop is not LoopName.open:
                 controller = _controller(rig, loop, bandwidth)
                 reference = as_reference(rig, signal, controller, position0)
-                closed = simulate_closed_loop(rig, reference, controller, dt_s=step, **settings)
+                closed = simulate_closed_loop(
+                    rig, reference, controller, dt_s=step, progress=progress, **settings
+                )
                 run, limited = closed.run, float(np.mean(closed.limited))
             else:
-                if signal is not None:
-                    volts = as_command(rig, signal, position0)
-                    settings["keep_inside"] = True
-                assert volts is not None
-                run = simulate(rig, volts, dt_s=step, position0_m=position0, **settings)
+                settings |= {"dt_s": step, "position0_m": position0}
+                settings["keep_inside"] = signal is not None
+                with opened_outside(rig, position0) as runs:
+                    if signal is not None:
+                        speed = None if runs is None else runs.measured.speed_per_volt
+                        volts = as_command(rig, signal, position0, speed)
+                    assert volts is not None
+                    if runs is None:
+                        run = simulate(rig, volts, progress=progress, **settings)
+                    else:
+                        run = simulate_outside(runs, volts, **settings)
         if out is not None and folder is not None:
             from ..show.plotting import write_figure
             from ..show.record_figure import record_figure
@@ -169,7 +178,10 @@ def simulate_command(
         typer.echo(json.dumps({**result, "error": dict(run.error)}))
         return
     console = Console()
-    console.print(f"{rig.name}: {len(run.record)} samples at {step:g} s, {run.substeps} steps each")
+    each = "1 step each" if run.substeps == 1 else f"{run.substeps} steps each"
+    console.print(f"{rig.name}: {len(run.record)} samples at {step:g} s, {each}")
+    if not run.error:
+        console.print("the error of integration is not known: the simulator is not that of ehsid")
     if limited:
         console.print(f"the command is at its limit for {100.0 * limited:.1f} % of the time")
     print_blocks([run_table(run)], console)

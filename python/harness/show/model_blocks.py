@@ -11,6 +11,7 @@ import msgspec
 import numpy as np
 
 from ..base.numbers import plain_number
+from ..catalogue.channels import COMMAND
 from ..models.estimation.advice import not_white_words, servo_words, state_words
 from ..models.identification.candidates import simulation_cell, simulation_words
 from ..models.identification.dynamics import Dynamics, Figure, Root, dynamics
@@ -365,11 +366,14 @@ def _figures(result: EstimationResult, output: Shown) -> list[str]:
 
 
 def run_table(run: SimulationRun) -> Table:
-    """Returns the range of each simulated output, and the error of its integration."""
-    rows = tuple(
-        (name, f"{values.min():.5g}", f"{values.max():.5g}", plain_number(100.0 * error, 2))
-        for name, error in run.error.items()
-        for values in [run.record.column(name)]
-    )
-    headings = ("output", "lowest", "highest", "error of integration, % of range")
-    return Table("", headings, rows)
+    """Returns the range of each simulated output, and the error of its integration if known."""
+    rows: list[tuple[str, ...]] = []
+    for name, values in run.record.columns.items():
+        if name != COMMAND:
+            row = (name, f"{values.min():.5g}", f"{values.max():.5g}")
+            error = run.error.get(name)
+            rows.append(row if error is None else (*row, plain_number(100.0 * error, 2)))
+    headings: tuple[str, ...] = ("output", "lowest", "highest")
+    if run.error:
+        headings = (*headings, "error of integration, % of range")
+    return Table("", headings, tuple(rows))

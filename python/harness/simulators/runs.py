@@ -25,7 +25,7 @@ from ..base.numbers import FloatArray
 from ..catalogue.parameters import plant_parameters
 from ..catalogue.spellings import ParameterKey
 from ..rigs import Rig
-from ..rigs.simulator_section import SimulatorSection, own_name
+from ..rigs.simulator_section import SimulatorSection, full_name, own_name
 from .around import CATCH_RATE_1_S, Around, Told, run_around
 from .opening import Opened, SimulatorError, open_simulator
 from .process import Failed, SimulatorProcess, pickled
@@ -87,6 +87,10 @@ class SimulatorRuns:
         for runner in self._runners:
             runner.close()
 
+    def own_values(self, rig: Rig) -> FloatArray:
+        """Returns the simulator's own values of a rig, shape (S,), in the order of runs."""
+        return np.array([rig.values[full_name(name)] for name in self._own])
+
     def outputs(self, told: Told, values: FloatArray) -> FloatArray:
         """Returns the outputs of a run, shape (N, 6); NaN from where the simulator failed on.
 
@@ -129,19 +133,23 @@ class SimulatorRuns:
         position = None
         if "position_m" in self.section.start:
             position = float(plant_values[self._names.index(ParameterKey.of_initial("position_m"))])
-        steps = math.ceil(dt_s / (self.section.step_s or dt_s) - 1e-9)
-        if _acts_at_ports(self._names, plant_values):
-            steps = max(steps, math.ceil(dt_s / PORT_STEP_S - 1e-9))
         return Around(
             plant_values,
             own,
             position,
-            max(1, steps),
+            self.steps(plant_values, dt_s),
             self.measured.gain_v_m,
             self.measured.mass_kg,
             self.measured.stiffness_pa_m3,
             self._valve(own),
         )
+
+    def steps(self, plant_values: FloatArray, dt_s: float) -> int:
+        """Communication steps in a sample, with the effects that act in a run."""
+        steps = math.ceil(dt_s / (self.section.step_s or dt_s) - 1e-9)
+        if _acts_at_ports(self._names, plant_values):
+            steps = max(steps, math.ceil(dt_s / PORT_STEP_S - 1e-9))
+        return max(1, steps)
 
     def _valve(self, own: Mapping[str, float]) -> tuple[float, float]:
         bandwidth, damping = self.section.valve_bandwidth, self.section.valve_damping
@@ -221,7 +229,7 @@ class SimulatorRuns:
             np.full(samples, command_v), np.zeros(samples), np.zeros(samples, np.uint8), dt_s
         )
         values = self.rig.plant_values(effects)
-        own = {name: self.rig.values[f"simulator.parameters.{name}"] for name in self._own}
+        own = dict(zip(self._own, self.own_values(self.rig).tolist(), strict=True))
         runner = self._idle.get()
         try:
             answer = runner.run(told, Around(values, own, None))

@@ -67,9 +67,9 @@ def velocity_gain(rig: Rig) -> float:
     v = rig.values
     if rig.plant == "simulator":
         raise ValueError(
-            f"{rig.name}: its plant is a simulator of the user, whose speed for a command the rig "
-            "file does not tell: expected a rig of a plant of ehsid, or a logged command; choose "
-            "another rig file"
+            f"{rig.name}: its plant is a simulator of the user, which runs on a whole command and "
+            "whose speed for a volt the rig file does not tell: expected a test signal in open "
+            "loop, or a logged command"
         )
     if rig.plant == "axis":
         return v["axis.force_per_volt"] / max(v["axis.viscous_friction_n_s_m"], 1e-12)

@@ -164,10 +164,11 @@ class SimulationRun:
     record: Record
     """Time, command and all outputs of the plant."""
     substeps: int
-    """Integration steps in each sample."""
+    """Integration steps in each sample; of a user's simulator, steps that are asked of it."""
     error: Mapping[str, float]
     """Largest difference of each output to a run with half the step, as a share of the output's
-    range. By the order of the method, the error of this run is four thirds of it."""
+    range. By the order of the method, the error of this run is four thirds of it. A run of a user's
+    simulator has none."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -278,6 +279,8 @@ def simulate(
         integrated, or the run is not finite or leaves the stroke.
     """
     command = checked_samples("command", command_v)
+    if rig.simulator is not None:
+        raise SimulationError(f"{rig.name}: its simulator is run by simulate_outside")
     start = prepare(rig, dt_s=dt_s, position0_m=position0_m, values=values, substeps=substeps)
     report = progress or (lambda _share: None)
     # A step takes the same time in both runs. The first run is one third of the work, the second,
@@ -295,7 +298,7 @@ def simulate(
         raise SimulationError(f"{rig.name}: the run is not finite from sample {bad[0] + 1} on")
     stroke = start.values.get("cylinder.stroke_m")
     if keep_inside and stroke is not None:
-        _check_inside(clean["position_m"], stroke, dt_s)
+        check_inside(clean["position_m"], stroke, dt_s)
     measured = as_measured(coarse, np.zeros(()) if noise is None else noise, start.values)
     record = make_record(
         {
@@ -341,7 +344,8 @@ def _run(plant: ehsid.Plant, command: FloatArray, progress: Progress) -> FloatAr
     return np.concatenate(parts)
 
 
-def _check_inside(position: FloatArray, stroke: float, dt_s: float) -> None:
+def check_inside(position: FloatArray, stroke: float, dt_s: float) -> None:
+    """Raises SimulationError where the rod is beyond an end of its stroke."""
     outside = np.flatnonzero((position < 0.0) | (position > stroke))
     if outside.size:
         raise SimulationError(

@@ -114,8 +114,16 @@ def check_start(rig: Rig, position0: float | None) -> None:
     raise ValueError(f"--position0 {position0:g}: expected {expected}")
 
 
-def as_command(rig: Rig, options: SignalOptions, position0: float | None = None) -> FloatArray:
-    """The test signal as a command within the limits of the machine, V."""
+def as_command(
+    rig: Rig,
+    options: SignalOptions,
+    position0: float | None = None,
+    speed_per_volt: float | None = None,
+) -> FloatArray:
+    """The test signal as a command within the limits of the machine, V.
+
+    speed_per_volt: of the rod, m/(s V), where the rig does not tell it.
+    """
     limit = command_limit(rig)
     if options.amplitude is not None and options.amplitude > limit:
         raise ValueError(
@@ -127,7 +135,7 @@ def as_command(rig: Rig, options: SignalOptions, position0: float | None = None)
         command = fit_to_travel(
             command,
             options.dt,
-            gain_m_s_v=velocity_gain(rig),
+            gain_m_s_v=velocity_gain(rig) if speed_per_volt is None else abs(speed_per_volt),
             start_m=start_position(rig, position0),
             stroke_m=stroke,
         )
