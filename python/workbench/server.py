@@ -24,11 +24,9 @@ from tornado.web import HTTPError, RequestHandler, stream_request_body
 from tornado.websocket import WebSocketClosedError
 
 from ehsid.harness.base.error_words import error_words
-from ehsid.harness.rigs import parse_rig
 from ehsid.harness.rigs.checks import read_text
 
 from . import look
-from .adoption import replace_rig
 from .live.page import LivePage
 from .live.runs import SERVED as LIVE_SERVED
 from .live.runs import LiveRuns
@@ -36,6 +34,7 @@ from .machines_view import MachinesView
 from .page import Page
 from .playground_view import PlaygroundView
 from .session import RIG, Session, SessionError, free_name, safe_name
+from .simulator_files import ENDINGS, take_program, take_rig_text
 from .workbench import LIVE, Workbench
 
 ADDRESS = "127.0.0.1"
@@ -224,8 +223,12 @@ class _Upload(_Guarded):
                     f"{given}: cannot be kept in the session ({self._problem.strerror}): expected "
                     "room on its disk; make room there, or give the path of the file instead"
                 )
-            take = self._take_rig if given.lower().endswith(".toml") else self._take_log
-            said = take(session, given)
+            if given.lower().endswith(".toml"):
+                said = take_rig_text(session, read_text(self._part), given)
+            elif given.lower().endswith(ENDINGS):
+                said = take_program(session, self._part, given)
+            else:
+                said = self._take_log(session, given)
         except (ValueError, OSError) as error:
             self.set_status(400)
             said = str(error_words(error)).replace(str(self._part), given)
@@ -244,14 +247,6 @@ class _Upload(_Guarded):
             raise
         self.workbench.read(session, entry)
         return ""
-
-    def _take_rig(self, session: Session, given: str) -> str:
-        """Makes a rig file that can be read the rig of the machine; returns what was done."""
-        text = read_text(self._part)
-        rig = parse_rig(text, source=given)
-        kept = replace_rig(session, text)
-        before = f"; the rig before is kept as {kept}" if kept else ""
-        return f"{given} is the rig of this machine now ({rig.name}){before}."
 
     def on_finish(self) -> None:
         self._drop()

@@ -6,6 +6,7 @@ logs/             files that were dropped on the page
 records/          the records as `ehsid import` writes them; what the later steps read
 looks/            signals as the page draws them; can be made again at any time
 rig.toml          the rig
+simulator/        a user's simulator that was dropped on the page, which the rig names
 check/, model/, gap/  results, as the commands write them
 firmware/         the header for the firmware
 so_far/           what a diagnosis at work knows; removed at its end
@@ -28,6 +29,8 @@ import tomli_w
 from ehsid.harness.base.files import write_text
 from ehsid.harness.catalogue.channels import COMMAND, POSITION
 from ehsid.harness.catalogue.parameters import METHODS, POLICIES, policies_of
+
+from .rig_program import stamp_of_program
 
 SETTINGS = "session.toml"
 RIG = "rig.toml"
@@ -332,7 +335,7 @@ class Session:
         """Returns a digest of what results are made of: the records, and the rig if asked for."""
         content = msgspec.json.encode(self.settings.records)
         if rig and self.rig_file.exists():
-            content += self.rig_file.read_bytes()
+            content += self.rig_file.read_bytes() + stamp_of_program(self.rig_file)
         return _digest(content)
 
 

@@ -16,13 +16,14 @@ from ..downsampling import opened
 from ..plots import Line, Panel, stacked
 from ..reading import LogColumn, Reading, reading_of
 from ..session import MOST_RECORDS, Entry, SessionError
+from ..simulator_files import take_rig_at
 from .step import StepView, progress
 
 FIRST_SHOWN = 3  # columns that are drawn without being asked for
 DROP = (
     '<label class="drop"><b>Drop logs here</b>, or choose files.<br>'
     '<span class="soft">CSV and other text, Excel, MAT, HDF5, MF4, TDMS, MCAP, ROS bag, Parquet; '
-    "a rig file (TOML), too. Up to 2 GiB each.</span>"
+    "a rig file (TOML) and its simulator (FMU, Python), too. Up to 2 GiB each.</span>"
     '<input type="file" multiple aria-label="Choose logs" '
     'onchange="ehsidUpload(this.files)"></label>'
 )
@@ -34,7 +35,7 @@ class LoadStep(StepView):
     def __init__(self, page: Any) -> None:
         super().__init__(page)
         self._path = look.text_input(
-            "or the path of a file or folder on this machine",
+            "or the path of a log, a folder or a rig file on this machine",
             placeholder="/data/machine_7/run1.mf4",
             sizing_mode="stretch_width",
             max_width=560,
@@ -77,8 +78,11 @@ class LoadStep(StepView):
         text = self._path.value.strip()
         if not text:
             return
-        for path in _logs_at(Path(text).expanduser()):
-            self.workbench.read(self.session, self.session.add(path))
+        if text.lower().endswith(".toml"):
+            self.page.say(take_rig_at(self.session, Path(text)))
+        else:
+            for path in _logs_at(Path(text).expanduser()):
+                self.workbench.read(self.session, self.session.add(path))
         self._path.value = ""
 
     def refresh(self) -> None:

@@ -21,6 +21,7 @@ from ehsid.harness.catalogue.parameters import plant_parameters
 from ehsid.harness.catalogue.spellings import ParameterKey
 from ehsid.harness.diagnosis.schema import DiagnosisFile
 from ehsid.harness.rigs import Rig, RigError, read_rig
+from ehsid.harness.rigs.carried import simulator_notes
 from ehsid.harness.rigs.new import shown
 from ehsid.harness.rigs.questions import (
     EXAMPLES,
@@ -32,11 +33,13 @@ from ehsid.harness.rigs.questions import (
 )
 from ehsid.harness.rigs.rig import table_words
 from ehsid.harness.rigs.rig_file import Change, Entry, changes
+from ehsid.harness.rigs.simulator_section import own_name
 from ehsid.harness.show.gap_words import first_upper, quantity, unit_of, value_name
 from ehsid.harness.show.page import Block, Folded, Heading, Items, Table, Tagged
 
 from .. import look
 from ..session import RIG
+from ..simulator_files import take_rig_at
 from .step import StepView
 
 WIDTH, HEIGHT = 560, 330
@@ -209,6 +212,16 @@ class RigStep(StepView):
             name="machine", options=PLANTS, value=self._known.plant, stylesheets=[look.CONTROLS]
         )
         self._plant.param.watch(page.told(self._change_plant), "value")
+        self._path = look.text_input(
+            "the path of a rig file on this machine, if there is one",
+            placeholder="/models/press/rig.toml",
+            sizing_mode="stretch_width",
+            max_width=560,
+        )
+        self._path.param.watch(page.told(self._use_path), "enter_pressed")
+        self._use = self.button("Use this rig file")
+        self._use.align = "end"
+        self._use.on_click(page.told(self._use_path))
         self._form = pn.Column()
         self._drawing, self._values = look.words(""), look.words("")
         self._shown: object = None
@@ -230,6 +243,11 @@ class RigStep(StepView):
         further = [self._field(one) for one in questions if not one.essential]
         self._form.objects = [
             self._plant,
+            look.words(
+                '<p class="soft small">Or take a rig file, also one of a simulator of your own: '
+                "drop it here, or give its path.</p>"
+            ),
+            pn.Row(self._path, self._use, sizing_mode="stretch_width"),
             look.words("<h2>Needed</h2>"),
             look.beside(*needed, least="13rem"),
             look.words('<h2>If known</h2><p class="soft small">Empty: a typical value.</p>'),
@@ -279,6 +297,13 @@ class RigStep(StepView):
         self._known.plant = event.new
         self._build()
         self._save()
+
+    def _use_path(self, event: Any) -> None:
+        del event
+        text = self._path.value.strip()
+        if text:
+            self.page.say(take_rig_at(self.session, Path(text)))
+            self._path.value = ""
 
     def _anew(self, event: Any) -> None:
         del event
@@ -364,13 +389,16 @@ class RigStep(StepView):
             self._values.object = look.error(str(error))
             return
         rows = [
-            (_meaning(key), shown(key, value), _sigma(rig.uncertainty.get(key)))
+            (_meaning(key), shown(key, value), _uncertainty(rig, key))
             for key, value in rig.values.items()
         ]
-        self._values.object = look.told(
-            f"The rig file {rig.name} is used as it is.",
-            Table("", ("value", "is", "1-sigma"), rows),
-        )
+        blocks: list[Block] = [f"The rig file {rig.name} is used as it is."]
+        if rig.simulator is not None:
+            blocks.append(f"Its simulator is yours: {rig.simulator.what}.")
+        blocks.append(Table("", ("value", "is", "1-sigma"), rows))
+        if notes := simulator_notes(rig):
+            blocks.append(Items([f"{first_upper(note)}." for note in notes]))
+        self._values.object = look.told(*blocks)
 
 
 def _origin(entry: Entry) -> str:
@@ -389,6 +417,14 @@ def _meaning(key: str) -> Tagged:
 
 def _sigma(share: float | None) -> str:
     return "" if share is None else f"± {100.0 * share:.3g} %"
+
+
+def _uncertainty(rig: Rig, key: str) -> str:
+    """How well a value is known, of a simulator in its own unit unless it is a share."""
+    own = None if rig.simulator is None else rig.simulator.parameters.get(own_name(key) or "")
+    if own is None:
+        return _sigma(rig.uncertainty.get(key))
+    return _sigma(own.sigma) if own.log else f"± {own.sigma:.3g}"
 
 
 def _values(entries: list[Entry]) -> str:

@@ -280,7 +280,10 @@ def simulate(
     """
     command = checked_samples("command", command_v)
     if rig.simulator is not None:
-        raise SimulationError(f"{rig.name}: its simulator is run by simulate_outside")
+        raise SimulationError(
+            f"{rig.name}: its plant is a simulator of the user: expected a rig of a plant of "
+            "ehsid; choose another rig file"
+        )
     start = prepare(rig, dt_s=dt_s, position0_m=position0_m, values=values, substeps=substeps)
     report = progress or (lambda _share: None)
     # A step takes the same time in both runs. The first run is one third of the work, the second,

@@ -115,7 +115,7 @@ def test_an_effect_inside_and_a_run_to_the_stop_are_refused() -> None:
         run(PYTHON, values={"effects.entrained_air.volume_fraction": 0.01})
     with pytest.raises(SimulationError, match="the rod reaches an end of its stroke"):
         run(PYTHON, np.full(1500, 9.0), keep_inside=True)
-    with pytest.raises(SimulationError, match="is run by simulate_outside"):
+    with pytest.raises(SimulationError, match="its plant is a simulator of the user"):
         simulate(PYTHON, COMMAND, dt_s=DT_S)
 
 
