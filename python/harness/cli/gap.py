@@ -265,6 +265,7 @@ def gap_command(
                 options=options,
                 progress=progress,
                 begun=lambda stage: progress.stage(STAGES[stage]),
+                note=progress.note,
             )
             progress.stage("writing the report")
         from ..show.gap_page import write_diagnosis

@@ -71,6 +71,10 @@ class Shown:
         self._line_is_due = True
         self._show()
 
+    def note(self, sentence: str) -> None:
+        """Prints a sentence above the bar."""
+        self._console.print(sentence, soft_wrap=True)
+
     def _show(self) -> None:
         if self._to_go.seconds < QUICK_S and self._task is None:
             return

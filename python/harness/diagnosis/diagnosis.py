@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -53,7 +53,9 @@ from .search.identifiability import effects_hardly_shown, unidentifiable_effects
 from .search.maps import QUANTISATION, localise, position_step
 from .search.search import Look, SearchResult, candidate_effects, search
 from .user_simulator import (
+    check_direction,
     engine_of,
+    forecast,
     not_carried,
     outside_of_simulator,
     simulator_remarks,
@@ -81,6 +83,7 @@ def diagnose(
     progress: Progress | None = None,
     watch: Watch | None = None,
     begun: Begun | None = None,
+    note: Callable[[str], None] | None = None,
 ) -> Diagnosis:
     """Diagnoses where the gap of rig and records lies, what causes it, and how much it shrinks.
 
@@ -102,6 +105,8 @@ def diagnose(
         called when a stage begins, with what is known then.
     begun
         called when a stage begins, with the stage.
+    note
+        called with how long the runs of a user's simulator will take.
 
     Returns
     -------
@@ -116,7 +121,9 @@ def diagnose(
     if not records:
         raise ValueError("the diagnosis needs a record")
     with single_threaded_algebra(), engine_of(rig) as engine:
-        return _diagnose(records, rig, validate, options, progress, watch, begun, engine)
+        return _diagnose(
+            records, rig, validate, options, progress, watch, begun, engine, note or LOGGER.info
+        )
 
 
 def _diagnose(
@@ -128,6 +135,7 @@ def _diagnose(
     watch: Watch | None,
     begun: Begun | None,
     engine: SimulatorEngine | None,
+    note: Callable[[str], None],
 ) -> Diagnosis:
     began = time.monotonic()
     pace = Pace(progress, may_be_joint=bool(validate))
@@ -144,6 +152,12 @@ def _diagnose(
             if error_words(error) is None:
                 raise
             reasons = [f"{error}."]
+    if case is not None and case.engine is not None:
+        against = check_direction(case)
+        if against is None:
+            note(forecast(case))
+        else:
+            case, reasons = None, [f"{against[0].upper()}{against[1:]}."]
     if case is None:
         return _insufficient(rig, records, validate, remarks, reasons, options, began)
     effect_ids = candidate_effects(rig, options.exclude)

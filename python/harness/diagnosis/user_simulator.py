@@ -3,21 +3,27 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+import math
+import time
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 
+import numpy as np
 from msgspec.structs import replace as replace_part
 
 from ..base.parallel import threads_only
+from ..base.time_to_go import in_words
 from ..catalogue.parameters import effects
 from ..rigs import Rig
 from ..rigs.carried import carried
+from ..signals.simulation import measured_states
 from ..simulators.runs import opened_runs
 from .decision import results
 from .decision.inside import Inside, inside_sentences, moved_furthest, outside_shares
 from .decision.posterior import left
 from .model.case import Case
 from .model.differences import SimulatorEngine
+from .options import Effort
 from .schema import SUBSYSTEMS, CannotJudge, Remark, Verdict, Where
 from .search.candidates import FittedCandidate
 from .search.search import SearchResult
@@ -31,6 +37,55 @@ def engine_of(rig: Rig) -> Iterator[SimulatorEngine | None]:
         return
     with opened_runs(rig) as runs, threads_only():
         yield SimulatorEngine(runs)
+
+
+# Runs of a diagnosis for each record that is fitted, medians on 30 machines; some take four times
+# as many.
+EXPECTED_RUNS: Mapping[Effort, int] = {"list": 500, "screened": 1000, "full": 2400}
+# A run that takes so many times as long as the first one has lost its way.
+SLOWEST = 50.0
+
+
+def forecast(case: Case) -> str:
+    """Times one run of each record that is fitted; says how long the diagnosis will take."""
+    assert case.engine is not None
+    runs = case.engine.runs
+    problem = case.problem()
+    began = time.perf_counter()
+    problem.simulate(problem.centre())
+    # The records run side by side.
+    seconds = (time.perf_counter() - began) * min(runs.processes, len(case.training))
+    runs.limit_runs(SLOWEST * seconds)
+    count = EXPECTED_RUNS[case.effort] * len(case.training)
+    all_together = in_words(count * seconds / len(case.training) / runs.processes)
+    return (
+        f"{runs.section.what}: one run of the fitted records takes {seconds:.2g} s. With effort "
+        f"'{case.effort}' about {count} runs are expected, {all_together} or more in "
+        f"{runs.processes} processes."
+    )
+
+
+def check_direction(case: Case) -> str | None:
+    """Says where the simulator moves against the machine; None where both move the same way."""
+    assert case.engine is not None
+    along = case.engine.runs.measured.speed_per_volt
+    for record in case.records:
+        speed = measured_states(record)[:, 1]
+        command = record.column("command_v")
+        with np.errstate(invalid="ignore"):
+            together = float(np.corrcoef(speed, command)[0, 1])
+        if math.isfinite(together) and together * along < 0.0 and abs(together) > AGAINST:
+            return (
+                f"record '{record.name}': a positive command moves the machine one way and the "
+                "simulator the other way (correlation of speed and command "
+                f"{together:+.2f}): correct the sign of the command or of the position, by "
+                "'scale' in [simulator.inputs] or [simulator.outputs]"
+            )
+    return None
+
+
+# Correlation of speed and command above which a record shows the direction.
+AGAINST = 0.3
 
 
 def not_carried(rig: Rig) -> Iterator[CannotJudge]:

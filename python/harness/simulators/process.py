@@ -54,6 +54,8 @@ class SimulatorProcess:
         self._section = section
         self._connection: Connection[Any, Any] | None = None
         self._process: subprocess.Popen[bytes] | None = None
+        self.limit_s: float = RUN_S.most
+        """A run that takes longer is ended."""
         self._folder: tempfile.TemporaryDirectory[str] | None = None
         self._known: set[int] = set()
 
@@ -63,7 +65,9 @@ class SimulatorProcess:
             return self._run(told, around)
         except TimeoutError:
             self.close()
-            return Failed(f"a run took longer than {RUN_S.most} s and was ended; {RUN_S.remedy}")
+            return Failed(
+                f"a run took longer than {self.limit_s:.3g} s and was ended; {RUN_S.remedy}"
+            )
         except (EOFError, OSError):
             code = None if self._process is None else self._process.wait()
             self.close()
@@ -75,7 +79,7 @@ class SimulatorProcess:
             connection.send(("told", told.number, told))
             self._known.add(told.number)
         connection.send(("run", told.number, around))
-        if not connection.poll(RUN_S.most):
+        if not connection.poll(self.limit_s):
             raise TimeoutError
         answer = connection.recv()
         if isinstance(answer, SimulatorError):

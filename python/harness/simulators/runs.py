@@ -28,12 +28,14 @@ from ..rigs import Rig
 from ..rigs.simulator_section import SimulatorSection, full_name, own_name
 from .around import CATCH_RATE_1_S, Around, Told, run_around
 from .opening import Opened, SimulatorError, open_simulator
-from .process import Failed, SimulatorProcess, pickled
+from .process import RUN_S, Failed, SimulatorProcess, pickled
 
 # Effects that act through ports need steps that follow the oil spring, s.
 PORT_STEP_S = 5e-4
 # Outputs that are kept, for a fit that comes back to the same values.
 KEPT_RUNS = 64
+# No run is ended before, s.
+LEAST_LIMIT_S = 20.0
 # The step of the command, and how long it acts, with which the speed per volt is measured.
 STEP_SHARES = (0.1, 0.3)
 STEP_S = 0.3
@@ -81,6 +83,17 @@ class SimulatorRuns:
         except BaseException:
             self.close()
             raise
+
+    @property
+    def processes(self) -> int:
+        """Number of runs that go on side by side."""
+        return len(self._runners)
+
+    def limit_runs(self, seconds: float) -> None:
+        """Ends runs that take longer, from here on; a short limit is that of a busy machine."""
+        for runner in self._runners:
+            if isinstance(runner, SimulatorProcess):
+                runner.limit_s = min(RUN_S.most, max(seconds, LEAST_LIMIT_S))
 
     def close(self) -> None:
         """Ends all processes."""

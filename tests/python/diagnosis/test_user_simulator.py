@@ -46,6 +46,16 @@ class Servo:
         return (self.state[0],)
 
 
+def simulate(command_v, dt, parameters=None, position_m=0.1, ports=None):
+    servo = Servo()
+    position = [servo.reset(parameters, position_m)[0]]
+    position += [servo.step(dt, one)[0] for one in command_v[:-1]]
+    return {"position_m": np.array(position)}
+
+
+simulate.parameters = Servo.parameters
+
+
 def record(delay: int, seed: int) -> dict[str, npt.NDArray[np.float64]]:
     """10 s of a machine that is faster by 5 % and acts `delay` samples later."""
     rng = np.random.default_rng(seed)
@@ -62,9 +72,8 @@ def record(delay: int, seed: int) -> dict[str, npt.NDArray[np.float64]]:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("as_object", [False, True])
-def test_a_class_that_a_program_passes(as_object: bool) -> None:
-    simulator = Servo() if as_object else Servo
+@pytest.mark.parametrize("simulator", [Servo, Servo(), simulate], ids=["class", "object", "record"])
+def test_what_a_program_passes(simulator) -> None:
     found = ehsid.diagnose(record(4, 1), simulator=simulator, progress=False, effort="list")
     assert found.verdict in ("effects", "ambiguous")
     assert "transport_delay" in found.result.ambiguity_set[0]
@@ -95,6 +104,14 @@ def test_an_fmu_with_ports_lacks_friction() -> None:
     written = found.augmented_rig
     assert written.values["effects.coulomb_friction.force_n"] > 0.0
     assert written.simulator is not None
+
+
+def test_a_record_against_the_direction_of_the_simulator_is_refused() -> None:
+    against = record(0, 3)
+    against["position_m"] = 0.2 - against["position_m"]
+    found = ehsid.diagnose(against, simulator=Servo, progress=False)
+    assert found.verdict == "insufficient_data"
+    assert "the other way" in found.result.sentence
 
 
 def test_what_a_value_stands_in_for() -> None:
