@@ -106,12 +106,16 @@ def test_an_fmu_with_ports_lacks_friction() -> None:
     assert written.simulator is not None
 
 
-def test_a_record_against_the_direction_of_the_simulator_is_refused() -> None:
-    against = record(0, 3)
-    against["position_m"] = 0.2 - against["position_m"]
-    found = ehsid.diagnose(against, simulator=Servo, progress=False)
+class Backwards(Servo):
+    """Moves against its command."""
+
+    parameters = MappingProxyType({"speed_per_volt": -0.03, "lag_s": 0.02})
+
+
+def test_a_simulator_that_moves_against_the_machine_is_refused() -> None:
+    found = ehsid.diagnose(record(0, 3), simulator=Backwards, progress=False)
     assert found.verdict == "insufficient_data"
-    assert "the other way" in found.result.sentence
+    assert "the simulator the other way" in found.result.sentence
 
 
 def test_what_a_value_stands_in_for() -> None:
