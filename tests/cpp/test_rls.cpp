@@ -292,4 +292,33 @@ TEST(Rls, StartValuesOutsideTheNormalRangeAreRefused) {
             Status::ok);
 }
 
+TYPED_TEST(RlsPolicy, HandsOverTheVariancesOfTheFactorsThatItKept) {
+  using Tested = typename TestFixture::Recursion;
+  int limited = 0;
+  for (const float margin : {-1.0F, 0.0F}) {
+    TypeParam policy;
+    Tested rls{policy, typename Tested::Options{margin, 1e-4F}};
+    ASSERT_EQ(rls.start(Tested::Parameters::Zero(), Tested::Parameters::Constant(1e3F)),
+              Status::ok);
+    Plant plant(3);
+    for (int k = 0; k < 600; ++k) {
+      const auto phi = plant.regressor();
+      const float y = plant.advance(k < 300 ? plant.random_command() : 0.5, 1e-2);
+      ehsid::Array<float, 6> handed;
+      handed.fill(-1.0F);
+      if (rls.update(phi, y, handed) == Status::ok) {
+        ehsid::Array<float, 6> formed{};
+        rls.state().factors.variances(formed);
+        ASSERT_EQ(std::memcmp(handed.data(), formed.data(), sizeof formed), 0) << "at " << k;
+        float mean = 0.0F;
+        for (const float variance : formed) {
+          mean += variance / (6.0F * 1e3F);
+        }
+        limited += mean > 0.999e-4F ? 1 : 0;
+      }
+    }
+  }
+  EXPECT_GT(limited, 0);  // the ceiling was met, where the factors are scaled after the sum
+}
+
 }  // namespace

@@ -324,7 +324,8 @@ class OnlineEstimator {
   static constexpr std::uint32_t kMagic = 0x45485331U;  // "EHS1"
 
   Status estimate(const Parameters& phi, Scalar y) {
-    const Status status = recursion_.update(phi, y);
+    Array<Scalar, kN> variances;
+    const Status status = update(phi, y, variances);
     const Scalar leaving = phi[model_.na() + model_.nb() - 1];
     if (status == Status::no_information) {
       monitor_.skipped();
@@ -344,16 +345,25 @@ class OnlineEstimator {
       return status;
     }
     if constexpr (Recursion::kFollowsModel) {
-      monitor_.updated(recursion_.judged());
+      monitor_.updated(recursion_.judged(), variances);
       // The errors of the start are not those of the method.
       if (recursion_.settled()) {
         whiteness_.updated(recursion_.judged(), leaving, Recursion::kOwnColour);
       }
       return status;
     } else {
-      monitor_.updated(recursion_);
+      monitor_.updated(recursion_, variances);
       whiteness_.updated(recursion_, leaving);
       return watch(phi);
+    }
+  }
+
+  /// The recursion's update, with all P_ii where a monitor reads them.
+  EHSID_ALWAYS_INLINE Status update(const Parameters& phi, Scalar y, Array<Scalar, kN>& variances) {
+    if constexpr (Parts::kConvergence) {
+      return recursion_.update(phi, y, variances);
+    } else {
+      return recursion_.update(phi, y);
     }
   }
 

@@ -198,6 +198,16 @@ EHSID_ALWAYS_INLINE inline void upwards(Count<kSize> n, const Step& step) {
   }
 }
 
+/// dot() of as many entries as the compiler knows of: clang leaves a loop over them a loop.
+template <int kSize, class Left, class Right>
+EHSID_ALWAYS_INLINE inline auto dot(Count<kSize> /*size*/, const Left& left, const Right& right) {
+  auto sum = entry(left, 0) * entry(right, 0);
+  upwards<kSize, 1>(Count<kSize>{}, [&](const int i) EHSID_INLINE_LAMBDA {
+    sum += entry(left, i) * entry(right, i);
+  });
+  return sum;
+}
+
 /// to = from, the first n numbers, group by group.
 template <class Scalar, class Number>
 EHSID_ALWAYS_INLINE inline void keep_groups(Number n, const Scalar* from, Scalar* to) {

@@ -47,11 +47,10 @@ struct InformationAccount {
   /// Has some parameter got too little information lately?
   EHSID_ALWAYS_INLINE bool starving(int n) const {
     Scalar least(1);
-    EHSID_UNROLL
-    for (int i = 0; i < n; ++i) {
+    upwards(count_of<kN>(n), [&](const int i) EHSID_INLINE_LAMBDA {
       const Scalar share = regained[static_cast<std::size_t>(i)];
       least = share < least ? share : least;
-    }
+    });
     return least < kStarved;
   }
 

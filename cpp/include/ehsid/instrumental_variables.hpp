@@ -157,6 +157,12 @@ class InstrumentalVariables {
   /// One sample: phi(k) as in Eq. (8) and y(k). As Rls::update(); after no_information, and after filling behind a hole,
   /// only the filters have moved on. out_of_range: a glitch, clear_history() is due. reset: all has begun anew.
   Status update(const Regressor& phi, Scalar y) {
+    Array<Scalar, kN> variances;
+    return update(phi, y, variances);
+  }
+
+  /// The same; as Rls::update(), all P_ii of judged() go to `variances` where the step was kept.
+  Status update(const Regressor& phi, Scalar y, Array<Scalar, kN>& variances) {
     const int n = size();
     const int outputs = na();
     const bool settled = running_.samples >= options_.settling;
@@ -210,7 +216,7 @@ class InstrumentalVariables {
     bool wrong = false;
     if (!settled || running_.filled >= options_.settling) {
       wrong = settled && misled(measured, psi);
-      status = wrong ? rest(psi) : learn(psi, filtered, predicted);
+      status = wrong ? rest(psi) : learn(psi, filtered, predicted, variances);
     }
     if (is_error(status)) {
       return status;
@@ -308,11 +314,11 @@ class InstrumentalVariables {
   /// P^-1 weighs `weight` samples, so psi' P psi times the weight is the number of directions that the samples show: on
   /// average as many as there are parameters, one where the command is held. The estimate rests where the average falls
   /// below the geometric mean of both: an instrument in one direction says nothing of the others, whatever lambda is.
-  Status learn(const Regressor& psi, Scalar y, Scalar predicted) {
+  Status learn(const Regressor& psi, Scalar y, Scalar predicted, Array<Scalar, kN>& variances) {
     if (!excited()) {
       return is_finite(y - predicted) ? rest(psi) : Status::numerical_limit;
     }
-    const Status status = inner_.update(psi, y, predicted);
+    const Status status = inner_.update(psi, y, predicted, variances);
     if (status == Status::ok) {
       // psi' K = psi' P psi / (lambda + psi' P psi)
       const typename Inner::State& state = inner_.state();

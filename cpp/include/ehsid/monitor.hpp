@@ -67,14 +67,20 @@ class ConvergenceMonitor {
   /// After an informative update of any estimator with theta_hat, factors and residual variance.
   template <class Estimator>
   void updated(const Estimator& rls) {
+    auto variances = rls.state().theta;  // takes all P_ii
+    rls.state().factors.variances(variances);
+    updated(rls, variances);
+  }
+
+  /// The same where all P_ii are known: Rls::update() gives them, and to form them anew takes as long as most of a monitor.
+  template <class Estimator>
+  void updated(const Estimator& rls, const Array<Scalar, Estimator::kN>& variances) {
     count(!rls.starved());
     const auto& state = rls.state();
     const Scalar variance = rls.parameter_variance();
     const Scalar share = options_.tolerance * options_.tolerance;
     // Degrees of freedom: with no more samples than parameters the residuals say nothing.
     bool inside = state.weight > Scalar(2 * rls.size());
-    auto variances = state.theta;  // takes all P_ii
-    state.factors.variances(variances);
     const Scalar least = options_.magnitude * options_.magnitude;
     in_groups<Scalar>(
         count_of<Estimator::kN>(rls.size()), [&](const auto group) EHSID_INLINE_LAMBDA {

@@ -156,9 +156,21 @@ class Rls {
   /// last two nothing at all has changed.
   Status update(const Regressor& phi, Scalar y) { return update(phi, y, predict(phi)); }
 
+  /// The same; where it returns ok, `variances` becomes all P_ii, as ConvergenceMonitor takes them.
+  Status update(const Regressor& phi, Scalar y, Array<Scalar, kN>& variances) {
+    return update(phi, y, predict(phi), variances);
+  }
+
   /// The same with the prediction of y from elsewhere, finite, e.g. of a model that is not linear in theta; phi is then its
   /// gradient.
   EHSID_ALWAYS_INLINE Status update(const Regressor& phi, Scalar y, Scalar predicted) {
+    Array<Scalar, kN> variances;
+    return update(phi, y, predicted, variances);
+  }
+
+  /// Both.
+  EHSID_ALWAYS_INLINE Status update(const Regressor& phi, Scalar y, Scalar predicted,
+                                    Array<Scalar, kN>& variances) {
     Step step;
     Update next;
     const Status judged = judge(phi, y, predicted, step, next.gain);
@@ -166,10 +178,14 @@ class Rls {
       return judged;
     }
     forget(step);
-    if (!measure(step, next)) {
+    variances = {};  // gcc does not see that measure() writes them all
+    if (!measure(step, next, variances)) {
       return Status::numerical_limit;
     }
-    keep(step, next);
+    keep(step, next, variances);
+    if (next.limited) {
+      state_.factors.variances(variances);
+    }
     return Status::ok;
   }
 
@@ -211,7 +227,9 @@ class Rls {
   Scalar normalised_square() const { return state_.square; }
 
   /// phi' theta_hat.
-  Scalar predict(const Regressor& phi) const { return dot(size(), phi, state_.theta); }
+  Scalar predict(const Regressor& phi) const {
+    return dot(count_of<kN>(size()), phi, state_.theta);
+  }
 
   /// sigma^2 from the weighted residuals, with the degrees of freedom of kN parameters taken off; 0 before any sample,
   /// and of no use before more than kN.
@@ -317,8 +335,8 @@ class Rls {
     UdFactors<Scalar, kN> factors;
     Array<Scalar, kN> theta;
     decltype(State::remainder) remainder;
-    Array<Scalar, kN> variances{};  // gcc does not see that measure() writes them all
     Scalar alpha;
+    bool limited;  // P has come to its ceiling
   };
 
   /// Innovation of Eq. (12), and whether the sample is one to learn from.
@@ -387,12 +405,13 @@ class Rls {
   }
 
   /// Eqs. (13) and (14). False where a number of the result is not usable.
-  EHSID_ALWAYS_INLINE bool measure(const Step& step, Update& next) const {
+  EHSID_ALWAYS_INLINE bool measure(const Step& step, Update& next,
+                                   Array<Scalar, kN>& variances) const {
     // (13)
     const Scalar shrink = step.lambda.before * step.lambda.after;
     next.alpha =
-        next.factors.measure(state_.factors, next.gain, step.lambda.before, shrink, next.variances);
-    bool good = limit(next.factors, next.variances) && is_squarable(step.square);
+        next.factors.measure(state_.factors, next.gain, step.lambda.before, shrink, variances);
+    bool good = limit(next, variances) && is_squarable(step.square);
     // (14), as a compensated sum: at large k the steps fall below the last digit of a float32 theta, and
     // with a held regressor their rounding has a direction, so theta would drift without end.
     const Scalar innovation = step.evidence.innovation;
@@ -419,7 +438,8 @@ class Rls {
     return good;
   }
 
-  EHSID_ALWAYS_INLINE void keep(const Step& step, const Update& next) {
+  EHSID_ALWAYS_INLINE void keep(const Step& step, const Update& next,
+                                const Array<Scalar, kN>& variances) {
     const int n = size();
     const Scalar shrink = step.lambda.before * step.lambda.after;
     keep_numbers<kN>(n, next.theta, state_.theta);
@@ -434,7 +454,7 @@ class Rls {
     if constexpr (Parts::kInformation) {
       state_.recent_square = step.recent;
       state_.account.waiting = step.waiting;
-      gain_information(next.variances, next.alpha, shrink);
+      gain_information(variances, next.alpha, shrink);
     }
     state_.forgetting.accept(step.evidence);
     accumulate(step.square, step.lambda, step.power);
@@ -647,11 +667,11 @@ class Rls {
 
   /// Backstop: scales P down to the ceiling. P(k) stays above what the measurement alone leaves: without forgetting P
   /// cannot have passed the ceiling. False where P_ii or, every d > 0, a factor is not finite: the mean then is not.
-  EHSID_ALWAYS_INLINE bool limit(UdFactors<Scalar, kN>& factors,
-                                 const Array<Scalar, kN>& variances) const {
-    const Scalar mean = dot(size(), variances, ceiling_weight_);
-    if (mean > options_.covariance_ceiling) {
-      factors.scale(options_.covariance_ceiling / mean);
+  EHSID_ALWAYS_INLINE bool limit(Update& next, const Array<Scalar, kN>& variances) const {
+    const Scalar mean = dot(count_of<kN>(size()), variances, ceiling_weight_);
+    next.limited = mean > options_.covariance_ceiling;
+    if (next.limited) {
+      next.factors.scale(options_.covariance_ceiling / mean);
     }
     return is_finite(mean);
   }

@@ -96,8 +96,8 @@ class WhitenessMonitor {
       if (recursion.square > kSmallestError * kSmallestError) {
         count(state_.tested);
         const Scalar size = std::sqrt(recursion.square / recursion.mean_square);
-        error = size < kLargestError ? size : kLargestError;
-        error = recursion.innovation < Scalar(0) ? -error : error;
+        // Not a branch: one that depends on the sign of noise is guessed wrong every other time.
+        error = std::copysign(size < kLargestError ? size : kLargestError, recursion.innovation);
       }
       accumulate(error, recursion.forgetting_factor, tolerated);
     }
