@@ -7,7 +7,7 @@ if(EHSID_BUILD_TESTS AND NOT EHSID_THOROUGH AND (CMAKE_CROSSCOMPILING OR CMAKE_C
   set(EHSID_FEW_KERNELS ON)
 endif()
 ehsid_c_kernels(kernels)
-add_library(ehsid_c STATIC cpp/src/c_api.cpp cpp/src/c_riv.cpp ${kernels})
+add_library(ehsid_c STATIC cpp/src/c_api.cpp cpp/src/c_riv.cpp cpp/src/c_integrating.cpp ${kernels})
 add_library(ehsid::c ALIAS ehsid_c)
 set_target_properties(ehsid_c PROPERTIES EXPORT_NAME c)
 if(NOT CMAKE_CROSSCOMPILING) # for shared libraries of hosts; firmware stays where it is

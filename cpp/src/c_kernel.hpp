@@ -77,10 +77,11 @@ void settings(Options& options, C& c, Copy copy) {
   copy(options.input_limit, c.input_limit);
 }
 
-/// The estimator of one policy and size in the caller's storage.
-template <class Policy, int kN, class Recursion = Rls<float, kN, Policy>>
+/// The estimator of one policy and size in the caller's storage. Model: AnyArx, or one around it.
+template <class Policy, int kN, class Recursion = Rls<float, kN, Policy>,
+          class Model = AnyArx<float, kN>>
 struct Instance : ehsid_estimator {
-  using Estimator = OnlineEstimator<AnyArx<float, kN>, Policy, Recursion>;
+  using Estimator = OnlineEstimator<Model, Policy, Recursion>;
   using Options = typename Estimator::Options;
 
   Estimator estimator;
@@ -88,8 +89,8 @@ struct Instance : ehsid_estimator {
 
   Instance(const ehsid_configuration& c)
       : ehsid_estimator{kMagic, c.kernel},
-        estimator(AnyArx<float, kN>(static_cast<int>(c.na), static_cast<int>(c.nb),
-                                    static_cast<int>(c.nk))) {}
+        estimator(Model(AnyArx<float, kN>(static_cast<int>(c.na), static_cast<int>(c.nb),
+                                          static_cast<int>(c.nk)))) {}
 
   static Instance& of(ehsid_estimator& head) { return static_cast<Instance&>(head); }
   static const Instance& of(const ehsid_estimator& head) {
@@ -205,9 +206,10 @@ struct Instance : ehsid_estimator {
 };
 
 /// kOutputs: na, where it is one only.
-template <class Policy, int kN, class Recursion = Rls<float, kN, Policy>, int kOutputs = 0>
+template <class Policy, int kN, class Recursion = Rls<float, kN, Policy>, int kOutputs = 0,
+          class Model = AnyArx<float, kN>>
 constexpr ehsid_kernel kernel() {
-  using Made = Instance<Policy, kN, Recursion>;
+  using Made = Instance<Policy, kN, Recursion, Model>;
   static_assert(sizeof(Made) <= EHSID_STORAGE_BYTES(std::size_t{kN}),
                 "c_api.h gives too little storage");
   static_assert(alignof(Made) <= alignof(std::uint64_t), "c_api.h aligns storage too little");

@@ -93,6 +93,10 @@ EHSID_EACH_POLICY(EHSID_DECLARE_KERNELS)
  * policy `exponential`, na = 3, nb = 3 (2 with a constant term), and the defaults of ehsid::GradientOptions. No setting of
  * the reset is read: this recursion begins anew by itself. */
 extern const ehsid_kernel ehsid_kernel_riv_6;
+/* EHSID_KERNEL(integrating, 5) and (integrating, 6): least squares for a plant that integrates, as a servo does
+ * (ehsid/integrating.hpp), with the policy `exponential`. na counts the poles beside the integrator: na = 2 and nb = 3 for third
+ * order, and (integrating, 6) with a constant term, which lets the null of the valve be anywhere. */
+extern const ehsid_kernel ehsid_kernel_integrating_5, ehsid_kernel_integrating_6;
 /* NOLINTEND(bugprone-dynamic-static-initializers) */
 
 /* Settings of the policy: only the members of the kernel's policy are read. Ranges and sources stand in
