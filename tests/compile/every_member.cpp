@@ -38,4 +38,14 @@ template class FreeRun<double>;
 template class ServoEstimator<float>;
 template class ServoEstimator<double, 1>;
 
+// Settings, models and monitors may be constants of a program, in its read-only memory. An estimator checks its settings
+// when it is made, and may not.
+template <class... Types>
+constexpr bool kConstants = (static_cast<void>(Types{}), ..., true);
+static_assert(kConstants<RlsOptions<float>, GradientOptions<float>, ConvergenceOptions<float>,
+                         RmseResetOptions<float>, Scaling<float>, ServoEstimatorOptions<float>,
+                         Constant<float>, Exponential<float>, ErrorDriven<float>, FRatio<float>,
+                         UdFactors<float, 6>, Arx<float, 3, 3, 1>, Integrating<Arx<float, 2, 3, 1>>,
+                         RmseReset<float>, ConvergenceMonitor<float>, WhitenessMonitor<float>>);
+
 }  // namespace ehsid

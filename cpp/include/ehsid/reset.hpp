@@ -80,7 +80,7 @@ class RmseReset {
   static constexpr Scalar kForgets = Scalar(0.0023);
   static constexpr std::uint8_t kSuspecting = 2;  // of State::armed
 
-  RmseReset() { restart(); }
+  constexpr RmseReset() { restart(); }
 
   /// invalid_argument, and nothing changed, if an option is out of its range.
   Status configure(const Options& options) {
@@ -92,7 +92,7 @@ class RmseReset {
     return Status::ok;
   }
 
-  void restart() {
+  constexpr void restart() {
     state_ = State{};
     state_.armed = 1;
   }
