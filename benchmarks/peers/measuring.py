@@ -6,6 +6,7 @@ from __future__ import annotations
 import gc
 import importlib.metadata
 import platform
+import shutil
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -33,6 +34,8 @@ class Plan:
     """Numbers of parameters."""
     levels: Sequence[str] = ("2", "3")
     """Optimisation levels of the compiler; all sizes at the first one, SHOWN_N at the others."""
+    compilers: Sequence[str] = ("clang++",)
+    """Compilers beside the usual one, at the first level and SHOWN_N; left out where not there."""
     passes: int = 100
     samples: int = 1000
     """Passes of the recursions in C++, and samples of each."""
@@ -54,7 +57,7 @@ class Plan:
 
 
 # A run of seconds, for tests.
-TINY = Plan((2, 6), ("2",), 3, 200, 1, 500, 2000, 3000, 300, 1)
+TINY = Plan((2, 6), ("2",), (), 3, 200, 1, 500, 2000, 3000, 300, 1)
 EXCITED = 2000
 
 
@@ -64,8 +67,13 @@ def measure(plan: Plan, peers: Sequence[PythonPeer] = PEERS, say: Say = print) -
     for level in plan.levels:
         say(f"compiling at -O{level}")
         programs[level] = native.build(level, sorted({*plan.sizes_at(level), SHOWN_N}))
+    others = {
+        name: native.build(plan.levels[0], (SHOWN_N,), native.BUILD / name, path)
+        for name in plan.compilers
+        if (path := shutil.which(name)) is not None
+    }
     program = programs[plan.levels[0]]
-    results = Results(machine_lines(program), {}, control_note())
+    results = Results(machine_lines([program, *others.values()]), {}, control_note())
     results.missing |= {peer.name: peer.missing for peer in peers if peer.missing}
     say("comparing the answers")
     found = []
@@ -82,13 +90,16 @@ def measure(plan: Plan, peers: Sequence[PythonPeer] = PEERS, say: Say = print) -
     results.holds = [*holds_in_program(program, plan), *holds_in_python(peers, plan)]
     for level, one in programs.items():
         say(f"times at -O{level}")
-        results.times += times_in_program(one, level, plan)
+        results.times += times_in_program(one, level, plan.sizes_at(level), plan)
+    for name, one in others.items():
+        say(f"times with {name}")
+        results.others[name] = times_in_program(one, plan.levels[0], (SHOWN_N,), plan)
     say("times in Python")
     results.times += times_in_python(peers, plan)
     return results
 
 
-def machine_lines(program: Path) -> list[str]:
+def machine_lines(programs: Sequence[Path]) -> list[str]:
     """What the times belong to."""
     processor = platform.processor() or platform.machine()
     cpuinfo = Path("/proc/cpuinfo")
@@ -100,7 +111,7 @@ def machine_lines(program: Path) -> list[str]:
     versions = [f"{name} {version(name)}" for name in packages]
     return [
         processor,
-        native.compiler(program),
+        *map(native.compiler, programs),
         f"Python {platform.python_version()}, {', '.join(versions)}",
     ]
 
@@ -196,10 +207,10 @@ def hold_in_python(peer: PythonPeer, seed: int, held: int) -> tuple[int | None, 
     return moved, None
 
 
-def times_in_program(program: Path, level: str, plan: Plan) -> list[Times]:
+def times_in_program(program: Path, level: str, sizes: Sequence[int], plan: Plan) -> list[Times]:
     """Interleaved passes in one process, for each number of parameters."""
     found = []
-    for n in plan.sizes_at(level):
+    for n in sizes:
         series = easy_series(n, plan.samples, seed=n)
         rows = native.call(program, "time", series, FACTOR, VARIANCE0, [plan.passes])
         base = {row["scalar"]: np.array(row["ns"]) for row in rows if row["name"] == BASE}

@@ -47,7 +47,9 @@ def output_of(command: Sequence[str | Path]) -> str:
     return done.stdout
 
 
-def build(level: str, sizes: Sequence[int], folder: Path = BUILD) -> Path:
+def build(
+    level: str, sizes: Sequence[int], folder: Path = BUILD, compiler: str | None = None
+) -> Path:
     """Compiles the program at -O`level` for these numbers of parameters; only what has changed."""
     cmake, place = tool("cmake"), folder / f"O{level}"
     options = {
@@ -55,6 +57,8 @@ def build(level: str, sizes: Sequence[int], folder: Path = BUILD) -> Path:
         "PEERS_SIZES": ";".join(map(str, sizes)),
         "CMAKE_MAKE_PROGRAM": tool("ninja"),
     }
+    if compiler is not None:
+        options["CMAKE_CXX_COMPILER"] = compiler
     settings = [f"-D{name}={value}" for name, value in options.items()]
     output_of([cmake, "-G", "Ninja", "-S", HERE, "-B", place, *settings])
     output_of([cmake, "--build", place, "--target", "peers"])

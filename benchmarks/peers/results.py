@@ -107,6 +107,8 @@ class Results:
     control: str
     """What python-control has."""
     times: list[Times] = field(default_factory=list)
+    others: dict[str, list[Times]] = field(default_factory=dict)
+    """The same of SHOWN_N with other compilers, by the name of the compiler."""
     answers: list[Answer] = field(default_factory=list)
     errors: list[Errors] = field(default_factory=list)
     holds: list[Hold] = field(default_factory=list)

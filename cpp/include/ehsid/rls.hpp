@@ -165,28 +165,13 @@ class Rls {
   /// gradient.
   EHSID_ALWAYS_INLINE Status update(const Regressor& phi, Scalar y, Scalar predicted) {
     Array<Scalar, kN> variances;
-    return update(phi, y, predicted, variances);
+    return take<false>(phi, y, predicted, variances);
   }
 
   /// Both.
   EHSID_ALWAYS_INLINE Status update(const Regressor& phi, Scalar y, Scalar predicted,
                                     Array<Scalar, kN>& variances) {
-    Step step;
-    Update next;
-    const Status judged = judge(phi, y, predicted, step, next.gain);
-    if (judged != Status::ok) {
-      return judged;
-    }
-    forget(step);
-    variances = {};  // gcc does not see that measure() writes them all
-    if (!measure(step, next, variances)) {
-      return Status::numerical_limit;
-    }
-    keep(step, next, variances);
-    if (next.limited) {
-      state_.factors.variances(variances);
-    }
-    return Status::ok;
+    return take<true>(phi, y, predicted, variances);
   }
 
   /// lambda and P back to their start values, theta kept (Fig. 4). sigma^2 stays until new samples replace it.
@@ -338,6 +323,30 @@ class Rls {
     Scalar alpha;
     bool limited;  // P has come to its ceiling
   };
+
+  /// kTells: does somebody read the variances?
+  template <bool kTells>
+  EHSID_ALWAYS_INLINE Status take(const Regressor& phi, Scalar y, Scalar predicted,
+                                  Array<Scalar, kN>& variances) {
+    Step step;
+    Update next;
+    const Status judged = judge(phi, y, predicted, step, next.gain);
+    if (judged != Status::ok) {
+      return judged;
+    }
+    forget(step);
+    variances = {};  // gcc does not see that measure() writes them all
+    if (!measure(step, next, variances)) {
+      return Status::numerical_limit;
+    }
+    keep(step, next, variances);
+    if constexpr (kTells) {
+      if (next.limited) {
+        state_.factors.variances(variances);
+      }
+    }
+    return Status::ok;
+  }
 
   /// Innovation of Eq. (12), and whether the sample is one to learn from.
   EHSID_ALWAYS_INLINE Status judge(const Regressor& phi, Scalar y, Scalar predicted, Step& step,
