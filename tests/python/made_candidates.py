@@ -52,6 +52,7 @@ class MadeCase:
     records = (_Record(),)
     rig = RIG
     all_states = False
+    engine = None
     pressures = True
 
     def parameters(self, effects: Sequence[str] = ()) -> tuple[Parameter, ...]:

@@ -69,7 +69,7 @@ VERDICTS: MappingProxyType[Verdict, VerdictWords] = MappingProxyType(
             title="Several explanations",
             meaning=(
                 "More than one set of effects explains these records equally well. To name one "
-                "would be a guess; the next experiment below is designed to decide."
+                "would be a guess; another experiment can decide."
             ),
             what_now=(
                 "Do not choose one of the explanations yet. Only another experiment can decide "

@@ -83,9 +83,7 @@ def decide(
                 f"{in_words(each.effects)} ({chance(selection.probability(each))})"
                 for each in (best, *selection.equivalent)
             )
-            reasons.append(
-                "The records cannot tell these candidates apart; see the next experiment."
-            )
+            reasons.append(f"The records cannot tell these candidates apart; {_next(case)}.")
             return decision(
                 "ambiguous",
                 f"The gap is due to {first}, or to {'; or '.join(others)}.",
@@ -96,8 +94,8 @@ def decide(
             pronoun = "it" if len(best.effects) == 1 else "them"
             if selection.rivals:
                 reasons.append(
-                    "The records do not tell whether what is named is the whole cause; see the "
-                    f"next experiment{'' if case.pressures else ', and measure both pressures'}."
+                    "The records do not tell whether what is named is the whole cause; "
+                    f"{_next(case)}{'' if case.pressures else ', and measure both pressures'}."
                 )
             return decision(
                 "effects",
@@ -140,6 +138,13 @@ def decide(
     return decision(
         "effects" if step is not None else verdict, sentence, what_stays(selection, reduction)
     )
+
+
+def _next(case: Case) -> str:
+    """What tells more: no experiment is designed on a simulator of the user."""
+    if case.engine is None:
+        return "see the next experiment"
+    return "take a record with other motions"
 
 
 def agrees_as_configured(nominal: float, floor: float) -> bool:
