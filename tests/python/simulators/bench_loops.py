@@ -40,3 +40,21 @@ def _run(u: FloatArray, dt_s: float, ports: object) -> FloatArray:
         for _ in range(round(dt_s / FINE_S)):
             now = bench.step(FINE_S, command, **ports(*now))  # type: ignore[operator]
     return np.array(rows)
+
+
+def drooping(u: FloatArray, dt_s: float, resistance: float, capacitance: float) -> FloatArray:
+    """A pump behind a resistance, with an accumulator in front of the valve."""
+    bench = Bench()
+    now = bench.reset()
+    rows = []
+    supply = 1.4e7
+    for command in u.tolist():
+        rows.append(now)
+        for _ in range(round(dt_s / FINE_S)):
+            now = bench.step(FINE_S, command, supply_pressure_pa=supply)
+            opening, gain = bench.state[4], bench.rated_flow / 3.5e6**0.5
+            side = now[2] if opening >= 0.0 else now[3]
+            drop = supply - side
+            flow = gain * abs(opening) * drop / (drop * drop + 1e10) ** 0.25
+            supply += FINE_S * ((1.4e7 - supply) / resistance - flow) / capacitance
+    return np.array(rows)

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 
 import numpy as np
 import pytest
-from bench_loops import leaking, rubbing
+from bench_loops import drooping, leaking, rubbing
 from user_simulators import FOLDER, needs_linux64
 
 import ehsid
@@ -160,6 +160,13 @@ def test_what_short_runs_measure(bench: SimulatorRuns) -> None:
     [
         ({"effects.coulomb_friction.force_n": 800.0}, rubbing),
         ({"effects.internal_leakage.coefficient_m3_s_pa": 8e-12}, leaking),
+        (
+            {
+                "effects.supply_droop.source_resistance_pa_s_m3": 1e10,
+                "effects.supply_droop.accumulator_capacitance_m3_pa": 2e-12,
+            },
+            drooping,
+        ),
     ],
 )
 def test_an_effect_through_a_port_is_that_of_fine_steps(
@@ -167,7 +174,7 @@ def test_an_effect_through_a_port_is_that_of_fine_steps(
 ) -> None:
     """At 1 ms an effect through a port is what the equations give at 0.1 ms."""
     u = 2.0 * np.sin(2 * np.pi * 1.5 * np.arange(1200) * DT)
-    fine = loop(u, DT, next(iter(effects.values())))  # type: ignore[operator]
+    fine = loop(u, DT, *effects.values())  # type: ignore[operator]
     coarse, without = outputs_with(bench, u, DT, **effects), outputs_with(bench, u, DT)
     for column in (0, 2, 3):
         effect = np.std(fine[:, column] - without[:, column])
