@@ -4,9 +4,10 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import charts
+import msgspec
 from measuring import EXCITED, FACTOR, FASTER, VARIANCE0, Plan
 from python_peers import PEERS
 from results import SHOWN_N, Results
@@ -126,7 +127,7 @@ def without_marks(block: Block) -> Block:
             [cell.replace("`", "") if isinstance(cell, str) else cell for cell in row]
             for row in block.rows
         ]
-        return replace(block, rows=rows)
+        return msgspec.structs.replace(block, rows=rows)
     return block
 
 
