@@ -116,6 +116,7 @@ PRODUCT: dict[str, set[str]] = {
         *("diagnosis/next_experiment", "diagnosis/search", "diagnosis/tables", "records", "rigs"),
         "simulators",
     },
+    "diagnosis/traces": {*BELOW_DIAGNOSIS, "diagnosis/model", "diagnosis/search"},
     "fleet": {"diagnosis", "diagnosis/tables", "records"},
     "show": {
         *("diagnosis/tables", "fitness", "fleet", "models/estimation", "models/identification"),
@@ -126,9 +127,9 @@ PRODUCT: dict[str, set[str]] = {
         *("records", "rigs", "simulators", "show", "signals/excitation", "signals/simulation"),
     },
     "cli": {
-        *("diagnosis", "diagnosis/data", "diagnosis/tables", "firmware", "fitness", "fleet"),
-        *("models/estimation", "models/identification", "records", "rigs", "show"),
-        *("signals/injection", "signals/simulation"),
+        *("diagnosis", "diagnosis/data", "diagnosis/tables", "diagnosis/traces", "firmware"),
+        *("fitness", "fleet", "models/estimation", "models/identification", "records", "rigs"),
+        *("show", "signals/injection", "signals/simulation"),
     },
 }
 # The guests of the product: nothing in the product imports one.

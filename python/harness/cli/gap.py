@@ -26,8 +26,9 @@ from ..records import NO_HINTS, Hints, Record
 from ..records.record import told_apart
 from ..rigs import Rig, read_rig
 from .console import Console, print_blocks, print_points
+from .gap_traces import gap_of_traces, print_traces
 from .lazy import effect_ids, verdicts
-from .options import RECORD_HELP, AsJson, Maps, RigFile, SamplingTime, Workers, hints_of, read_shown
+from .options import RECORD_HELP, AsJson, Maps, SamplingTime, Workers, hints_of, read_shown
 from .progress import progress_of
 
 if TYPE_CHECKING:
@@ -202,10 +203,16 @@ def fail_if(found: Sequence[str], of: str) -> None:
 NEEDED_COLUMNS = (*REQUIRED_COLUMNS, POSITION)
 
 
-def read_for(rig: Rig, paths: Sequence[Path], hints: Hints = NO_HINTS) -> list[Record]:
+def read_for(rig: Rig | None, paths: Sequence[Path], hints: Hints = NO_HINTS) -> list[Record]:
     """Reads records, each with all columns of the schema that it has."""
     return [
-        read_shown(path, hints, columns=list(CHANNELS), required=NEEDED_COLUMNS, layout=rig.columns)
+        read_shown(
+            path,
+            hints,
+            columns=list(CHANNELS),
+            required=NEEDED_COLUMNS,
+            layout=None if rig is None else rig.columns,
+        )
         for path in paths
     ]
 
@@ -216,8 +223,19 @@ def gap_command(
         list[Path],
         typer.Argument(metavar="RECORD...", help=f"to be fitted: {RECORD_HELP}"),
     ],
-    rig_file: RigFile,
     out: Annotated[Path, typer.Option(help="folder of the results")],
+    rig_file: Annotated[
+        Path | None,
+        typer.Option("--rig", help="rig file, TOML; with --simulated it may be left out"),
+    ] = None,
+    simulated: Annotated[
+        list[Path] | None,
+        typer.Option(
+            metavar="TRACE...",
+            help="what your own simulation gave for the command of each record, where the "
+            "simulator itself is not at hand",
+        ),
+    ] = None,
     validate: Annotated[
         list[Path] | None,
         typer.Option(
@@ -242,14 +260,26 @@ def gap_command(
     Examples: ehsid gap run1.csv --rig rig.toml --validate run2.csv --out diagnosis
 
     ehsid gap run1.csv --rig rig.toml --out diagnosis --fail-on effects,ambiguous
+
+    ehsid gap run1.csv --simulated sim1.csv --out traces
     """
-    from ..diagnosis import STAGES, diagnose
     from ..diagnosis.data.gate import how_read
     from ..diagnosis.schema import RESULT_FILES
 
     failing = failing_verdicts(fail_on)
-    with result_folder(out, "gap", RESULT_FILES, [*records, *(validate or []), rig_file]) as folder:
-        rig = read_rig(rig_file)
+    if rig_file is None and not simulated:
+        raise ValueError(
+            "--rig is missing: expected a rig file, or --simulated with a trace of your own "
+            "simulation; `ehsid rig new` writes a rig file"
+        )
+    if simulated and validate:
+        raise ValueError(
+            "--validate does not go with --simulated: expected all records with their traces; "
+            "every third block of them is held out"
+        )
+    inputs = [*records, *(validate or []), *(simulated or []), *([rig_file] if rig_file else [])]
+    with result_folder(out, "gap", RESULT_FILES, inputs) as folder:
+        rig = None if rig_file is None else read_rig(rig_file)
         hints = hints_of(maps, sampling_time)
         fitted, held_out = read_for(rig, records, hints), read_for(rig, validate or [], hints)
         named = told_apart([*fitted, *held_out])
@@ -257,22 +287,46 @@ def gap_command(
         told = [remark for record in named for remark in how_read(record)]
         # The libraries that draw the page take a second to import, which fits beside the diagnosis.
         Thread(target=import_module, args=("ehsid.harness.show.gap_page",)).start()
-        with progress_of(f"diagnosing {rig.name}") as progress, using(workers):
-            diagnosis = diagnose(
-                named[: len(fitted)],
-                rig,
-                validate=named[len(fitted) :],
-                options=options,
-                progress=progress,
-                begun=lambda stage: progress.stage(STAGES[stage]),
-                note=progress.note,
-            )
-            progress.stage("writing the report")
-        from ..show.gap_page import write_diagnosis
-
-        write_diagnosis(folder, diagnosis, named, str(rig_file))
+        with using(workers):
+            if simulated:
+                diagnosis = gap_of_traces(
+                    fitted, simulated, rig, folder, str(rig_file or ""), options
+                )
+            else:
+                assert rig is not None
+                diagnosis = _diagnosed(named, len(fitted), rig, folder, str(rig_file), options)
     if as_json:
         typer.echo((out / "diagnosis.json").read_text(encoding="utf-8"), nl=False)
+    elif simulated:
+        print_traces(diagnosis, out, Console())
     else:
         print_diagnosis(diagnosis, out, Console(), [] if Console(stderr=True).quiet else told)
     fail_if([diagnosis.verdict] if diagnosis.verdict in failing else [], "this verdict")
+
+
+def _diagnosed(
+    records: Sequence[Record],
+    fitted: int,
+    rig: Rig,
+    folder: Path,
+    rig_file: str,
+    options: DiagnosisOptions,
+) -> Diagnosis:
+    """Diagnoses the first records by the others, and writes the results."""
+    from ..diagnosis import STAGES, diagnose
+
+    with progress_of(f"diagnosing {rig.name}") as progress:
+        diagnosis = diagnose(
+            records[:fitted],
+            rig,
+            validate=records[fitted:],
+            options=options,
+            progress=progress,
+            begun=lambda stage: progress.stage(STAGES[stage]),
+            note=progress.note,
+        )
+        progress.stage("writing the report")
+    from ..show.gap_page import write_diagnosis
+
+    write_diagnosis(folder, diagnosis, records, rig_file)
+    return diagnosis

@@ -160,6 +160,8 @@ class Diagnosis:
     next_record: Record | None = None
     """The record of `next_experiment`: time_s and command_v, ready to be sent; position_m as the
     best candidate predicts it."""
+    of_traces: bool = False
+    """Whether only traces of a simulator were compared, so that nothing was fitted in it."""
     in_sigmas: Mapping[str, Estimate | None] = field(default_factory=dict)
     """By name of `calibration`: what was found minus the centre of the prior that the fit used, in
     standard deviations of this prior; None where the prior has no bounded deviation."""

@@ -87,9 +87,9 @@ def where_section(diagnosis: Diagnosis) -> Section:
         below += [Heading("Time"), *timelines(where.time)]
     if not (groups or below or where.equations):
         return Section("Where the gap lies", list(where.notes))
+    remains = "" if diagnosis.of_traces else " after the values of the rig have been fitted"
     blocks: list[Block] = [
-        "Shares of what remains after the values of the rig have been fitted, above the noise. "
-        "Whiskers are intervals of 90 %.",
+        f"Shares of what remains{remains}, above the noise. Whiskers are intervals of 90 %.",
         *([Beside(groups)] if groups else []),
         *below,
     ]
