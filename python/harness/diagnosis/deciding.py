@@ -17,6 +17,8 @@ TOLERANCE = 0.003
 # The same of a user's simulator, which has no values for what every servo has anyway: edges that
 # differ, presliding, gas in the oil.
 SIMULATOR_TOLERANCE = 0.02
+# So much more in a pressure: on sound machines it is where such a simulator differs most.
+OF_PRESSURE = 2.5
 # Share of the whole motion that is tolerated in each octave as well: the noise of an ordinary
 # sensor. Without it an octave in which nothing moves would judge by the seventh digit.
 LEAST_TOLERANCE = 0.001

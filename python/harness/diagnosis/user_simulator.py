@@ -129,8 +129,9 @@ def simulator_remarks(case: Case, verdict: Verdict, inside: Sequence[Inside]) ->
     yield Remark(
         "",
         f"The simulator is {runs.section.what}: {runs.runs} runs. It counts as exact to "
-        f"{100.0 * case.engine.tolerance:.2g} % of the motion; 'tolerance' in "
-        "[simulator] sets that.",
+        f"{100.0 * case.engine.share('position_m'):.2g} % of the motion, and in pressures to "
+        f"{100.0 * case.engine.share('pressure_a_pa'):.2g} %; 'tolerance' in [simulator] sets "
+        "the first.",
     )
     for message, count in runs.failures.items():
         yield Remark("", f"{count} of the runs of the simulator failed: {message}.")

@@ -18,7 +18,7 @@ from ...rigs import Rig
 from ...signals.simulation.run import OUTPUTS
 from ...simulators.around import FIRST_CATCH_S, Told
 from ...simulators.runs import SimulatorRuns
-from ..deciding import SIMULATOR_TOLERANCE
+from ..deciding import OF_PRESSURE, SIMULATOR_TOLERANCE
 from ..schema import SKIP_S
 from .comparison import Compared
 from .parameters import Parameter
@@ -40,6 +40,10 @@ class SimulatorEngine:
         self.tolerance = section.tolerance or SIMULATOR_TOLERANCE
         self.first_catch_s = SKIP_S if "position_m" in section.start else FIRST_CATCH_S
         self._told: dict[tuple[int, bytes], tuple[Compared, Told]] = {}
+
+    def share(self, name: str) -> float:
+        """Share of the motion of an output to which the simulator counts as exact."""
+        return self.tolerance * (OF_PRESSURE if "pressure" in name else 1.0)
 
     def outputs(self, record: Compared, values: FloatArray) -> dict[str, FloatArray]:
         """Outputs by name, shape (N,) each, with each window moved to its measured start."""

@@ -134,7 +134,7 @@ class Problem:
             gain = self.spectrum.noise_gain(differences=name == CENTRED)
             white = self.floors[name] ** 2 * gain
             noise = np.maximum(white, rounding)
-            tolerated = noise + self._tolerance() ** 2 * motion + self._least(name, motion)
+            tolerated = noise + self._tolerance(name) ** 2 * motion + self._least(name, motion)
             likelihoods[name] = OutputLikelihood(self.spectrum, independent, tolerated, self.white)
         return likelihoods
 
@@ -146,14 +146,14 @@ class Problem:
         ]
         return self.spectrum.powers(self.spectrum.transform(inside, differences=name == CENTRED))
 
-    def _tolerance(self) -> FloatArray:
+    def _tolerance(self, name: str) -> FloatArray:
         """Share of the motion in each band to which no simulator is exact, shape (BANDS,).
 
         The phase of a limit cycle is lost with time: after k / 2 periods, a relative error e of its
         frequency is an error of pi k e of its amplitude. Nothing else swings through a window.
         """
         if not self.swinging:
-            return np.full(BANDS, TOLERANCE if self._engine is None else self._engine.tolerance)
+            return np.full(BANDS, TOLERANCE if self._engine is None else self._engine.share(name))
         first = np.array([(1 << number) >> 1 for number in range(BANDS)], dtype=np.float64)
         return np.asarray(TOLERANCE * (1.0 + np.pi * first))
 

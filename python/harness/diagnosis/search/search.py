@@ -274,8 +274,8 @@ def _screen_extensions(
         keep |= tasks.keys() - starts_of.keys()  # simpler laws that are left out by themselves
         tasks = {each: task for each, task in tasks.items() if each in keep}
         simpler_laws = {law: start for law, start in simpler_laws.items() if start in keep}
-        fitted = {frozenset(each) for each in (*tasks, *simpler_laws)}
-        covered = {key: each for key, each in covered.items() if key in fitted}
+        # The same set in another order is the simpler law of another one.
+        covered = {key: each for key, each in covered.items() if each in {*tasks, *simpler_laws}}
     shorts = run_together(list(tasks.values()), part_of(progress, PRESELECTION, SCREENING))
     found = dict(zip(tasks, shorts, strict=True))
     grown = run_together(
