@@ -114,7 +114,7 @@ PRODUCT: dict[str, set[str]] = {
     "diagnosis": {
         *("diagnosis/data", "diagnosis/decision", "diagnosis/laws", "diagnosis/model"),
         *("diagnosis/next_experiment", "diagnosis/search", "diagnosis/tables", "records", "rigs"),
-        "simulators",
+        *("signals/simulation", "simulators"),
     },
     "diagnosis/traces": {*BELOW_DIAGNOSIS, "diagnosis/model", "diagnosis/search"},
     "fleet": {"diagnosis", "diagnosis/tables", "records"},

@@ -10,6 +10,7 @@ from typing import Any
 import pytest
 from printed_pages import DOCS, made_by, text_of, without_digits
 from sources import ROOT
+from user_simulators import needs_linux64
 
 MAKE = made_by("tutorials/make.py")
 
@@ -52,6 +53,16 @@ def test_my_rig_in_twenty_minutes() -> None:
     # The command and the Python give the same answer.
     assert " ".join(made.split()).count(names["diagnosis"].sentence) == 2
     assert names["rig"].values["fluid.bulk_modulus_pa"] == pytest.approx(1e9)
+
+
+@pytest.mark.thorough
+@needs_linux64
+def test_my_simulink_model() -> None:
+    _, names = ran("tutorials/my_simulink_model.md")
+    assert names["effect"].id == "coulomb_friction"
+    assert names["size"].low < names["secret"]["effects.coulomb_friction.force_n"]
+    assert names["secret"]["effects.coulomb_friction.force_n"] < names["size"].high
+    assert names["answer"].verdict == "effects"
 
 
 @pytest.mark.thorough
