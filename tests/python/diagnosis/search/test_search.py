@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from types import SimpleNamespace
 from typing import Any
 
@@ -19,6 +19,7 @@ from ehsid.harness.diagnosis.model.parameters import effect_parameters
 from ehsid.harness.diagnosis.model.scale import effect_starts
 from ehsid.harness.diagnosis.model.separation import contains
 from ehsid.harness.diagnosis.model.spectrum import BANDS
+from ehsid.harness.diagnosis.search import search as searching
 from ehsid.harness.diagnosis.search.candidates import (
     FittedCandidate,
     calibrate,
@@ -562,3 +563,24 @@ def test_a_law_that_contains_another_starts_from_the_short_fit_of_that_one(
             found = _screen_extensions(calm, [parent], effects, lambda _: None)
             assert screened == [laws[:1]]
             assert sorted(each.effects for each in found) == [(law,) for law in effects]
+
+
+def test_a_simpler_law_in_another_order_stands_for_no_set(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Where nothing is chosen, the simpler law that a set starts from is no set of its own."""
+
+    @dataclass(frozen=True)
+    class Fitted:
+        effects: tuple[str, ...]
+        x: None = None
+        cost: float = 0.0
+        held_out_cost: float = 0.0
+
+    monkeypatch.setattr(searching, "linearised_start", lambda case, effects, x: None)
+    monkeypatch.setattr(searching, "preselected", lambda case, sets, kept, progress: [])
+    monkeypatch.setattr(searching, "screen", lambda case, effects, starts: Fitted(effects))
+    monkeypatch.setattr(searching, "grown_from", lambda case, simpler, effects: Fitted(effects))
+    case = SimpleNamespace(effort="screened")
+    parents = [Fitted(("coulomb_friction",)), Fitted(("sensor_backlash",))]
+    ids = ("sensor_backlash", "coulomb_friction_sides")
+    found = searching._screen_extensions(case, parents, ids, None)
+    assert [each.effects for each in found] == [("sensor_backlash", "coulomb_friction_sides")]
