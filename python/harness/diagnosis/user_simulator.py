@@ -13,7 +13,6 @@ from msgspec.structs import replace as replace_part
 
 from ..base.parallel import threads_only
 from ..base.time_to_go import in_words
-from ..catalogue.parameters import effects
 from ..rigs import Rig
 from ..rigs.carried import carried
 from ..signals.simulation import measured_states
@@ -110,13 +109,12 @@ def outside_of_simulator(
 ) -> Where:
     """Tells where a cause lies of which a user's simulator shows only what nearly explains it."""
     without = left(case, found.calibrated)
-    explained: dict[str, float] = {}
-    for candidate in found.refined:
-        if len(candidate.effects) == 1:
-            part = effects()[candidate.effects[0]].subsystem
-            gain = without - left(case, candidate)
-            explained[part] = max(explained.get(part, 0.0), gain)
-    shares = outside_shares(inside, explained)
+    explained = {
+        candidate.effects[0]: max(0.0, without - left(case, candidate))
+        for candidate in found.refined
+        if len(candidate.effects) == 1
+    }
+    shares = outside_shares(case.rig, inside, explained)
     told = {name: shares.get(name, 0.0) for name in SUBSYSTEMS} if shares else {}
     return replace_part(where, subsystem=told, notes=())
 

@@ -13,8 +13,10 @@ from user_simulators import FOLDER, needs_linux64
 import ehsid
 from ehsid.harness.diagnosis import diagnose
 from ehsid.harness.diagnosis.decision.inside import (
+    Inside,
     evidence_of,
     moved_furthest,
+    outside_shares,
     stands_for,
     uncarried_odds,
 )
@@ -138,6 +140,19 @@ def test_a_value_that_moves_far_is_evidence_where_its_effects_cannot_be_tried() 
     assert evidence_of([second]) == 0.0
     assert moved_furthest(ports, moved) == []
     assert uncarried_odds(portless) > 3.0 * uncarried_odds(ports) > 0.0
+
+
+def test_where_a_cause_lies_that_cannot_be_tried() -> None:
+    """A play in the sensor looks like friction, a bias like a leak, where those cannot be tried."""
+    ports, portless = read_rig(FOLDER / "rig.toml"), read_rig(FOLDER / "rig_portless.toml")
+    play = {"sensor_backlash": 0.5}
+    assert outside_shares(ports, [], play) == {"sensor": 1.0}
+    shares = outside_shares(portless, [], play)
+    assert shares["mechanics"] == pytest.approx(0.8)
+    assert sum(shares.values()) == pytest.approx(1.0)
+    bias = outside_shares(portless, [Inside("mechanics", "mass", 1.0)], {"valve_null_bias": 0.5})
+    assert max(bias, key=bias.__getitem__) == "hydraulics"
+    assert outside_shares(portless, [], {"transport_delay": 0.0}) == {}
 
 
 def test_a_rig_or_a_simulator_is_needed() -> None:

@@ -135,18 +135,43 @@ def inside_sentences(rig: Rig, moved: Sequence[Inside]) -> list[str]:
     return sentences
 
 
-def outside_shares(moved: Sequence[Inside], explained: Mapping[str, float]) -> dict[str, float]:
+# What a carried effect looks like that cannot be the whole cause: friction makes a play about each
+# reversal; leaks and loads make a bias, and flow that is lost.
+LOOKS_LIKE: Mapping[str, str] = {
+    "sensor_backlash": "mechanics",
+    "sensor_nonlinearity": "mechanics",
+    "valve_hysteresis": "mechanics",
+    "spool_stiction": "mechanics",
+    "valve_dead_band": "mechanics",
+    "valve_dead_band_sides": "hydraulics",
+    "valve_null_bias": "hydraulics",
+    "valve_flow_saturation": "hydraulics",
+    "flow_gain_drift": "hydraulics",
+}
+# Share of what an effect explains that stays with its own subsystem where it only looks like one
+# that cannot be tried.
+OWN_SHARE = 0.2
+# What a value explains by standing in, over the square of its deviations, as a decrease of `left`.
+STANDING_IN = 0.05
+
+
+def outside_shares(
+    rig: Rig, moved: Sequence[Inside], explained: Mapping[str, float]
+) -> dict[str, float]:
     """Shares of the subsystems in which a cause lies that nothing of the catalogue explains.
 
-    moved: as `moved_furthest` gives them. explained: what the best effect of each subsystem
-    explains, as a decrease of `left`.
+    moved: as `moved_furthest` gives them. explained: what each effect explains alone, as a decrease
+    of `left`; of each subsystem the best one counts.
     """
-    weights = {part: max(share, 0.0) for part, share in explained.items()}
+    missing = uncarried(rig)
+    weights: dict[str, float] = {}
+    for effect, gain in explained.items():
+        own, like = effects()[effect].subsystem, LOOKS_LIKE.get(effect)
+        stands_in = like is not None and has_missing_family(missing, like)
+        shares = {own: OWN_SHARE, like: 1.0 - OWN_SHARE} if like and stands_in else {own: 1.0}
+        for part, share in shares.items():
+            weights[part] = max(weights.get(part, 0.0), share * gain)
     for each in moved:
         weights[each.subsystem] = weights.get(each.subsystem, 0.0) + STANDING_IN * each.sigmas**2
     total = sum(weights.values())
     return {part: weight / total for part, weight in weights.items()} if total > 0.0 else {}
-
-
-# What a value explains by standing in, over the square of its deviations, as a decrease of `left`.
-STANDING_IN = 0.05
