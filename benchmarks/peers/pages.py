@@ -179,7 +179,8 @@ def hold_sentence(results: Results) -> str:
     )
     held = min(one.held for one in ours)
     return words + (
-        f"In {len(own)} of the {len(ours)} recursions of ehsid, a parameter has moved by 1 %."
+        f"In {len(own)} of the {len(ours)} recursions of ehsid, a parameter has moved by 1 %: "
+        f"{listed(sorted({one.name.text for one in own}))}."
         if own
         else f"No parameter of the {len(ours)} recursions of ehsid has moved by 1 % in {held:,} "
         "samples."
