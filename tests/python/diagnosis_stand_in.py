@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 from ehsid.harness.base.parallel import Progress, worker_count
@@ -56,6 +56,7 @@ class DiagnosisStandIn:
         progress: Progress | None = None,
         watch: Watch | None = None,
         begun: Begun | None = None,
+        note: Callable[[str], None] | None = None,
     ) -> Diagnosis:
         return self.answer(
             Asked(

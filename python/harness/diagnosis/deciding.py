@@ -51,7 +51,7 @@ OUTSIDE_POSITION = 1.5
 UNCARRIED = 4.0
 # A value of such a simulator that moved by more standard deviations is evidence for something else
 # that it stands in for; from the second number on the page says so.
-MOVED_FREELY, MOVED_TOO_FAR = 2.5, 3.0
+MOVED_FREELY, MOVED_TOO_FAR = 2.0, 3.0
 
 # Share of the probability that is spread over all answers alike: in three cases of a hundred the
 # search has missed the cause, or the machine does what nobody thought of.

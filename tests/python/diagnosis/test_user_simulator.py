@@ -136,7 +136,7 @@ def test_a_value_that_moves_far_is_evidence_where_its_effects_cannot_be_tried() 
     first, second = moved_furthest(portless, moved)
     assert (first.value, first.subsystem) == ("mass", "mechanics")
     assert second.subsystem == "hydraulics"
-    assert evidence_of([first]) == pytest.approx(0.5 * 4.0**2 - 0.5 * 2.5**2)
+    assert evidence_of([first]) == pytest.approx(0.5 * 4.0**2 - 0.5 * 2.0**2)
     assert evidence_of([second]) == 0.0
     assert moved_furthest(ports, moved) == []
     assert uncarried_odds(portless) > 3.0 * uncarried_odds(ports) > 0.0
