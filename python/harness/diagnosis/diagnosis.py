@@ -34,7 +34,7 @@ from .model.comparison import BLOCK_S
 from .model.differences import SimulatorEngine
 from .next_experiment import next_experiment
 from .options import DEFAULTS, DiagnosisOptions
-from .result import Diagnosis, HeldOutRun, Stage, UnknownInput
+from .result import Diagnosis, HeldOutRun, Stage, UnknownInput, insufficient
 from .schema import (
     NOWHERE,
     SKIP_S,
@@ -159,7 +159,14 @@ def _diagnose(
         else:
             case, reasons = None, [f"{against[0].upper()}{against[1:]}."]
     if case is None:
-        return _insufficient(rig, records, validate, remarks, reasons, options, began)
+        return insufficient(
+            rig,
+            _roles(records, validate),
+            remarks,
+            reasons,
+            {"effects_excluded": list(options.exclude)},
+            time.monotonic() - began,
+        )
     effect_ids = candidate_effects(rig, options.exclude)
     regimes = [visited(record, rig) for record in case.records]
     _log_case(case)
@@ -522,38 +529,3 @@ def _of_record(remark: Remark) -> str:
     """Returns a remark with the name of its record, as a sentence."""
     what = f"{remark.what.rstrip('.')}."
     return f"Record '{remark.record}': {what}" if remark.record else what
-
-
-def _insufficient(
-    rig: Rig,
-    records: Sequence[Record],
-    validate: Sequence[Record],
-    remarks: Sequence[Remark],
-    reasons: Sequence[str],
-    options: DiagnosisOptions,
-    began: float,
-) -> Diagnosis:
-    return Diagnosis(
-        verdict="insufficient_data",
-        sentence=f"These data cannot carry a diagnosis. {reasons[0]}",
-        reasons=tuple(reasons),
-        where=NOWHERE,
-        effects=(),
-        ambiguity_set=(),
-        candidates=(),
-        cannot_judge=(),
-        outside_probability=None,
-        missing_laws=(),
-        next_experiment=None,
-        how_far=None,
-        calibration={},
-        remarks=tuple(remarks),
-        runs=(),
-        rig=rig,
-        augmented_rig=rig,
-        outputs=(),
-        outputs_left_out=(),
-        records=_roles(records, validate),
-        settings={"effects_excluded": list(options.exclude)},
-        seconds=time.monotonic() - began,
-    )

@@ -18,6 +18,7 @@ from ..records import Record
 from ..rigs import Rig
 from .schema import (
     NOT_COMPARED,
+    NOWHERE,
     SCHEMA_VERSION,
     Calibrated,
     Candidate,
@@ -217,3 +218,41 @@ def diagnosis_file(diagnosis: Diagnosis, records: Sequence[Record], rig_file: st
 def diagnosis_text(diagnosis: Diagnosis, records: Sequence[Record], rig_file: str) -> str:
     """Returns the text of the file; see `diagnosis_file` for the parameters."""
     return file_text(diagnosis_file(diagnosis, records, rig_file))
+
+
+def insufficient(
+    rig: Rig,
+    roles: Mapping[str, str],
+    remarks: Sequence[Remark],
+    reasons: Sequence[str],
+    settings: Mapping[str, object],
+    seconds: float,
+    *,
+    of_traces: bool = False,
+) -> Diagnosis:
+    """Returns the result of data that cannot carry a diagnosis; `reasons` has at least one."""
+    return Diagnosis(
+        verdict="insufficient_data",
+        sentence=f"These data cannot carry a diagnosis. {reasons[0]}",
+        reasons=tuple(reasons),
+        where=NOWHERE,
+        effects=(),
+        ambiguity_set=(),
+        candidates=(),
+        cannot_judge=(),
+        outside_probability=None,
+        missing_laws=(),
+        next_experiment=None,
+        how_far=None,
+        calibration={},
+        remarks=tuple(remarks),
+        runs=(),
+        rig=rig,
+        augmented_rig=rig,
+        outputs=(),
+        outputs_left_out=(),
+        records=roles,
+        settings=settings,
+        seconds=seconds,
+        of_traces=of_traces,
+    )

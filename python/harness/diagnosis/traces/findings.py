@@ -19,13 +19,12 @@ import numpy as np
 from ...base.parallel import Progress
 from ...catalogue.channels import COMMAND
 from ...catalogue.parameters import effects
-from ...records import Record
 from ...rigs import Rig
 from ..data.floor import NoiseFloor, sensor_floor, sensor_step
 from ..data.gate import gate
 from ..deciding import SIMULATOR_TOLERANCE
 from ..model.comparison import BLOCK_S, Blocks, compare, varying_outputs
-from ..result import Diagnosis, HeldOutRun
+from ..result import Diagnosis, HeldOutRun, insufficient
 from ..schema import (
     NOWHERE,
     SKIP_S,
@@ -36,7 +35,6 @@ from ..schema import (
     Effect,
     Estimate,
     HowFar,
-    Remark,
     Value,
     Verdict,
     Where,
@@ -192,7 +190,15 @@ def diagnose_traces(
         except ValueError as error:
             reasons = [f"{error}."]
     if data is None:
-        return _insufficient(rig, records, remarks, reasons, exclude, began)
+        return insufficient(
+            rig,
+            {record.name: "fit and held out" for record in records},
+            remarks,
+            reasons,
+            _settings(exclude),
+            time.monotonic() - began,
+            of_traces=True,
+        )
     tried = _tried(data, [name for name in TERMS if name not in exclude], progress)
     best, rivals = _chosen(tried)
     plain = data.far({})
@@ -425,38 +431,3 @@ def _settings(exclude: Sequence[str]) -> dict[str, object]:
         "effects_excluded": list(exclude),
         "held_out": f"every third block of {BLOCK_S:g} s",
     }
-
-
-def _insufficient(
-    rig: Rig,
-    records: Sequence[Record],
-    remarks: Sequence[Remark],
-    reasons: Sequence[str],
-    exclude: Sequence[str],
-    began: float,
-) -> Diagnosis:
-    return Diagnosis(
-        verdict="insufficient_data",
-        sentence=f"These data cannot carry a diagnosis. {reasons[0]}",
-        reasons=tuple(reasons),
-        where=NOWHERE,
-        effects=(),
-        ambiguity_set=(),
-        candidates=(),
-        cannot_judge=(),
-        outside_probability=None,
-        missing_laws=(),
-        next_experiment=None,
-        how_far=None,
-        calibration={},
-        remarks=tuple(remarks),
-        runs=(),
-        rig=rig,
-        augmented_rig=rig,
-        outputs=(),
-        outputs_left_out=(),
-        records={record.name: "fit and held out" for record in records},
-        settings=_settings(exclude),
-        seconds=time.monotonic() - began,
-        of_traces=True,
-    )
