@@ -11,6 +11,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from itertools import count
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -74,6 +75,17 @@ def run_around(opened: Opened, told: Told, around: Around) -> FloatArray:
     started = opened.start(around.own, around.position0_m)
     if isinstance(started, PythonRecord):
         return _run_whole(started, told, around)
+    # The same for both; what it is stands in the stub of the compiled module.
+    shared: dict[str, Any] = {
+        "dt_s": told.dt_s,
+        "substeps": around.substeps,
+        "measured": told.position_m,
+        "caught": told.caught,
+        "gain": around.gain_v_m,
+        "mass": around.mass_kg,
+        "stiffness": around.stiffness_pa_m3,
+        "valve": around.valve,
+    }
     if isinstance(started, PythonSteps):
         outputs, _ = ehsid.run_steps(
             started.read,
@@ -82,14 +94,7 @@ def run_around(opened: Opened, told: Told, around: Around) -> FloatArray:
             opened.outputs,
             around.values,
             told.command_v,
-            dt_s=told.dt_s,
-            substeps=around.substeps,
-            measured=told.position_m,
-            caught=told.caught,
-            gain=around.gain_v_m,
-            mass=around.mass_kg,
-            stiffness=around.stiffness_pa_m3,
-            valve=around.valve,
+            **shared,
         )
         return outputs
     outputs, _ = ehsid.run_fmu(
@@ -104,14 +109,7 @@ def run_around(opened: Opened, told: Told, around: Around) -> FloatArray:
         ),
         around.values,
         told.command_v,
-        dt_s=told.dt_s,
-        substeps=around.substeps,
-        measured=told.position_m,
-        caught=told.caught,
-        gain=around.gain_v_m,
-        mass=around.mass_kg,
-        stiffness=around.stiffness_pa_m3,
-        valve=around.valve,
+        **shared,
     )
     return outputs
 

@@ -65,9 +65,8 @@ class SimulatorProcess:
             return self._run(told, around)
         except TimeoutError:
             self.close()
-            return Failed(
-                f"a run took longer than {self.limit_s:.3g} s and was ended; {RUN_S.remedy}"
-            )
+            remedy = f"; {RUN_S.remedy}" if self.limit_s >= RUN_S.most else ""
+            return Failed(f"a run took longer than {self.limit_s:.3g} s and was ended{remedy}")
         except (EOFError, OSError):
             code = None if self._process is None else self._process.wait()
             self.close()

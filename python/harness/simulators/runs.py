@@ -11,7 +11,6 @@ import math
 import os
 import queue
 import threading
-import time
 from collections import OrderedDict
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
@@ -34,7 +33,7 @@ from .process import RUN_S, Failed, SimulatorProcess, pickled
 PORT_STEP_S = 5e-4
 # Outputs that are kept, for a fit that comes back to the same values.
 KEPT_RUNS = 64
-# No run is ended before, s.
+# A machine that is busy with other work may need this long for a short run, s.
 LEAST_LIMIT_S = 20.0
 # The step of the command, and how long it acts, with which the speed per volt is measured.
 STEP_SHARES = (0.1, 0.3)
@@ -53,8 +52,6 @@ class Measured:
     """m/(s V), with the sign that a positive command moves the rod."""
     mass_kg: float
     stiffness_pa_m3: tuple[float, float]
-    seconds: float
-    """That a run of a second of the record takes."""
 
 
 class SimulatorRuns:
@@ -90,7 +87,7 @@ class SimulatorRuns:
         return len(self._runners)
 
     def limit_runs(self, seconds: float) -> None:
-        """Ends runs that take longer, from here on; a short limit is that of a busy machine."""
+        """Ends runs that take longer, from here on; none is ended before LEAST_LIMIT_S."""
         for runner in self._runners:
             if isinstance(runner, SimulatorProcess):
                 runner.limit_s = min(RUN_S.most, max(seconds, LEAST_LIMIT_S))
@@ -176,7 +173,6 @@ class SimulatorRuns:
         rest = self._short(dt_s, STEP_S, 0.0, {})
         rated = self.rig.values["valve.rated_command_v"]
         speed = 0.0
-        began = time.perf_counter()
         for share in STEP_SHARES:
             moved = self._short(dt_s, STEP_S, share * rated, {})[:, 0] - rest[:, 0]
             tail = moved[2 * moved.size // 3 :]
@@ -190,13 +186,11 @@ class SimulatorRuns:
                 f"{STEP_S:g} s: expected a simulator of a servo; check [simulator.inputs] and "
                 "[simulator.outputs]",
             )
-        seconds = (time.perf_counter() - began) / STEP_S
         return Measured(
             CATCH_RATE_1_S / speed,
             speed,
             self._mass(dt_s, rest),
             (self._stiffness(dt_s, rest, "a"), self._stiffness(dt_s, rest, "b")),
-            seconds,
         )
 
     def _mass(self, dt_s: float, rest: FloatArray) -> float:

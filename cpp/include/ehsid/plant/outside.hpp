@@ -159,8 +159,6 @@ class OutsidePorts {
     put_at(inputs, OutsideInput::supply_pressure, supply_);
   }
 
-  double supply() const { return supply_; }
-
  private:
   static double at(const OutsideOutputs& outputs, OutsideOutput which) {
     return outputs[static_cast<std::size_t>(which)];
