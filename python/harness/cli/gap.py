@@ -90,8 +90,9 @@ EffortOption = Annotated[
     str | None,
     typer.Option(
         metavar="list|screened|full",
-        help="how many fits: each effect; those that one run an effect chooses; the same without "
-        "sets of several effects. Default: full, with your own simulator screened",
+        help="how many fits. full: of each effect; screened: of those that one or two runs choose; "
+        "list: the same without sets of several effects. Default: full, and screened with your "
+        "own simulator",
         show_default=False,
     ),
 ]
