@@ -43,6 +43,7 @@ VERBS = (
         "export",
         "Write a C++ or C header that starts the firmware's estimator from a model of a record.",
     ),
+    Verb("apply", "Write valve tables, friction and loop gains of a machine for its controller."),
     Verb("simulate", "Simulate a rig on a logged command or on a test signal."),
     Verb("rig new", "Write a rig file from what is known of a machine, and fill in the rest."),
     Verb(
