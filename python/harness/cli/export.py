@@ -42,6 +42,20 @@ def _orders(data: IoData, given: tuple[int | None, ...], choose: bool, offset: b
     return ArxOrders(na, nb, nk, offset=offset)
 
 
+def _precision(float64: bool, c_source: bool, path: Path, others: dict[str, bool]) -> str:
+    """Returns the precision of C sources, after checks of the options that go with --c-source."""
+    if not c_source:
+        if float64:
+            raise ValueError("--float64 goes with --c-source; a header is float32")
+        return "float32"
+    for option, given in others.items():
+        if given:
+            raise ValueError(f"--c-source writes another file than {option}; leave one of them out")
+    if path.suffix != ".c":
+        raise ValueError(f"--out {path}: expected a name that ends in .c, e.g. servo_estimator.c")
+    return "float64" if float64 else "float32"
+
+
 def export_command(
     record: RecordFile,
     input_name: InputColumn = "command_v",
@@ -88,10 +102,19 @@ def export_command(
     c: Annotated[
         bool, typer.Option("--c", help="C99, for ehsid/c_api.h, without the self-test")
     ] = False,
+    c_source: Annotated[
+        bool,
+        typer.Option("--c-source", help="the whole estimator in C99, a .c with its .h beside it"),
+    ] = False,
+    float64: Annotated[
+        bool, typer.Option("--float64", help="with --c-source: in double precision")
+    ] = False,
     out: Annotated[
         Path | None,
         typer.Option(
-            help="header to write; default servo_configuration.hpp, .h in C", show_default=False
+            help="file to write; default servo_configuration.hpp, .h with --c, servo_estimator.c "
+            "with --c-source",
+            show_default=False,
         ),
     ] = None,
 ) -> None:
@@ -99,11 +122,19 @@ def export_command(
 
     Example: ehsid export rec.csv --na 3 --nb 3 --nk 1 --out servo_configuration.hpp
     Example: ehsid export rec.csv --servo --out servo_configuration.hpp
+    Example: ehsid export rec.csv --c-source --out servo_estimator.c
     """
-    from ..firmware import FILE_NAMES, check_name, header_of_record, servo_header_of_record
+    from ..firmware import (
+        FILE_NAMES,
+        check_name,
+        header_of_record,
+        servo_header_of_record,
+        sources_of_record,
+    )
 
     check_name(name)
-    path = out or Path(FILE_NAMES[c])
+    path = out or Path("servo_estimator.c" if c_source else FILE_NAMES[c])
+    dtype = _precision(float64, c_source, path, {"--servo": servo, "--c": c})
     if servo:
         chosen = servo_settings(
             setting,
@@ -133,11 +164,14 @@ def export_command(
     if inflation is not None and not 1.0 <= inflation < math.inf:
         raise ValueError(f"--inflation {inflation:g}: expected a finite number of at least 1")
     policy = make_policy(forgetting, lambda0, setting)
-    with result_files(path, "export", inputs=[record]) as folder:
+    kinds = {"stem": path.stem, "dtype": dtype} if c_source else {"c": c}
+    make = sources_of_record if c_source else header_of_record
+    beside = [path.with_suffix(".h").name] if c_source else []
+    with result_files(path, "export", beside, inputs=[record]) as folder:
         data, _ = read_io(record, input_name, output_name, hints_of(maps, sampling_time))
         with about(record):
             orders = _orders(data, (na, nb, nk), choose, offset)
-            header = header_of_record(
+            header = make(
                 record,
                 data,
                 orders,
@@ -145,9 +179,11 @@ def export_command(
                 inflation=inflation,
                 reset=reset,
                 name=name,
-                c=c,
+                **kinds,
             )
         write_text(folder / path.name, header.text)
+        for declarations in beside:
+            write_text(folder / declarations, header.declarations)
     Console().print(f"{path}: {header.summary}", soft_wrap=True)
     if not header.converges:
         given = Given(record, input_name, output_name, maps or (), sampling_time)

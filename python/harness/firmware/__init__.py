@@ -15,8 +15,20 @@ from .header import (
     render_c_header,
     render_header,
 )
-from .of_record import FILE_NAMES, Header, chosen_orders, header_of_record
-from .servo import ServoHeader, ServoSettings, render_servo_header, servo_header_of_record
+from .of_record import (
+    FILE_NAMES,
+    Header,
+    chosen_orders,
+    header_of_record,
+    sources_of_record,
+)
+from .servo import (
+    ServoHeader,
+    ServoSettings,
+    render_servo_header,
+    servo_header_of_record,
+)
+from .source import Sources, render_sources
 
 __all__ = [
     "FILE_NAMES",
@@ -27,6 +39,7 @@ __all__ = [
     "Seed",
     "ServoHeader",
     "ServoSettings",
+    "Sources",
     "check_name",
     "chosen_orders",
     "configure_from_record",
@@ -36,5 +49,7 @@ __all__ = [
     "render_c_header",
     "render_header",
     "render_servo_header",
+    "render_sources",
     "servo_header_of_record",
+    "sources_of_record",
 ]

@@ -97,8 +97,8 @@ class EstimatorConfiguration:
     seed: Seed | None = None
     """Initial estimate; with None the estimator starts from zero and `variance0`."""
 
-    def estimator(self) -> ehsid.ArxEstimator:
-        """Returns a new float32 estimator with these settings, before its first sample.
+    def estimator(self, dtype: str = "float32") -> ehsid.ArxEstimator:
+        """Returns a new estimator of this precision with these settings, before its first sample.
 
         Raises
         ------
@@ -118,7 +118,7 @@ class EstimatorConfiguration:
             convergence=self.convergence,
             variance0=[self.variance0] * self.orders.n_parameters,
             input_limit=self.input_limit,
-            dtype="float32",
+            dtype=dtype,
         )
         if self.seed is not None:
             made.seed(self.seed.theta, self.seed.u, self.seed.d, self.seed.noise_variance)

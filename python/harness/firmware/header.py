@@ -18,6 +18,7 @@ import numpy.typing as npt
 
 import ehsid
 
+from ..base.numbers import FloatArray
 from ..models.identification import IoData
 from .configuration import EstimatorConfiguration, Seed
 
@@ -28,23 +29,27 @@ TRACE_SAMPLES = 64
 
 @dataclass(frozen=True, eq=False)
 class GoldenTrace:
-    """Samples of a record and results of the estimator, as float32."""
+    """Samples of a record as float32, and results of the estimator in its precision."""
 
     command: Float32
     position: Float32
     """Samples, shape (m,), in the units of the signals."""
-    innovation: Float32
+    innovation: FloatArray | Float32
     """`innovation` of the estimator after each sample, shape (m,); 0 before the first estimate."""
-    theta: Float32
+    theta: FloatArray | Float32
     """Estimate after the last sample, shape (n,)."""
 
     @classmethod
     def of(
-        cls, configuration: EstimatorConfiguration, u: npt.ArrayLike, y: npt.ArrayLike
+        cls,
+        configuration: EstimatorConfiguration,
+        u: npt.ArrayLike,
+        y: npt.ArrayLike,
+        dtype: str = "float32",
     ) -> GoldenTrace:
         """Runs a new estimator over m samples of command u and position y, each of shape (m,)."""
         command, position = np.asarray(u, dtype=np.float32), np.asarray(y, dtype=np.float32)
-        estimator = configuration.estimator()
+        estimator = configuration.estimator(dtype)
         innovation = []
         for one_command, one_position in zip(command, position, strict=True):
             estimator.step(float(one_command), float(one_position))
@@ -52,8 +57,8 @@ class GoldenTrace:
         return cls(
             command,
             position,
-            np.array(innovation, dtype=np.float32),
-            estimator.theta_hat.astype(np.float32),
+            np.array(innovation, dtype=dtype),
+            estimator.theta_hat.astype(dtype),
         )
 
 
@@ -202,9 +207,9 @@ def comment(text: str) -> str:
     return "".join(c if c.isprintable() and c != "\\" else "_" for c in text)
 
 
-def template(name: str) -> jinja2.Template:
-    """Returns a template of this package, with the filter `float32`."""
-    environment = jinja2.Environment(
+def environment() -> jinja2.Environment:
+    """Returns the templates of this package, with the filter `float32`."""
+    made = jinja2.Environment(
         loader=jinja2.PackageLoader("ehsid.harness.firmware"),
         undefined=jinja2.StrictUndefined,
         trim_blocks=True,
@@ -212,8 +217,13 @@ def template(name: str) -> jinja2.Template:
         keep_trailing_newline=True,
         autoescape=False,  # C and C++, not HTML
     )
-    environment.filters["float32"] = float32_literal
-    return environment.get_template(name)
+    made.filters["float32"] = float32_literal
+    return made
+
+
+def template(name: str) -> jinja2.Template:
+    """Returns a template of this package."""
+    return environment().get_template(name)
 
 
 def render_header(

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Makes the whole text of a firmware header of a record."""
+"""Makes the whole text of a firmware header, or of C sources, of a record."""
 
 from __future__ import annotations
 
@@ -13,6 +13,7 @@ from ..base.exchange import sha256_of
 from ..models.identification import ArxOrders, IoData, identify
 from .configuration import Export, configure_from_record
 from .header import GoldenTrace, check_name, liveliest, render_c_header, render_header
+from .source import render_sources
 
 # Names of the file where nothing else is asked for, by whether it is C.
 FILE_NAMES = {False: "servo_configuration.hpp", True: "servo_configuration.h"}
@@ -30,6 +31,8 @@ class Header:
     """What its self-test covers, in words."""
     converges: bool
     """Whether the estimator reports that it has converged at the end of the record."""
+    declarations: str = ""
+    """Content of the header that belongs to a C source."""
 
     @property
     def orders(self) -> ArxOrders:
@@ -100,9 +103,56 @@ def header_of_record(
     return Header(text, export, f"self-test over {trace.command.size} samples", converges)
 
 
-def _converges(export: Export, data: IoData) -> bool:
+def sources_of_record(
+    source: Path,
+    data: IoData,
+    orders: ArxOrders,
+    *,
+    forgetting: ehsid.Forgetting,
+    inflation: float | None = None,
+    reset: bool = True,
+    name: str = "servo",
+    stem: str = "servo_estimator",
+    dtype: str = "float32",
+) -> Header:
+    """The same as `header_of_record`, as C99 sources that hold the whole estimator.
+
+    Parameters
+    ----------
+    source, data, orders, forgetting, inflation, reset, name
+        as in `header_of_record`.
+    stem
+        name of the files without .c and .h.
+    dtype
+        float32 or float64.
+
+    Raises
+    ------
+    ValueError
+        the name or a setting cannot be used, or the record does not determine the model.
+    """
+    check_name(name)
+    export = configure_from_record(
+        data, orders, forgetting=forgetting, inflation=inflation, reset=reset
+    )
+    trace = GoldenTrace.of(export.configuration, *liveliest(data), dtype)
+    made = render_sources(
+        export.configuration,
+        trace,
+        name=name,
+        stem=stem,
+        dtype=dtype,
+        dt_s=data.dt_s,
+        provenance=_provenance(source, data, export),
+    )
+    tested = f"{dtype}, self-test over {trace.command.size} samples"
+    converges = _converges(export, data, dtype)
+    return Header(made.source, export, tested, converges, declarations=made.header)
+
+
+def _converges(export: Export, data: IoData, dtype: str = "float32") -> bool:
     """Whether the estimator reports that it has converged after a run over the record."""
-    estimator = export.configuration.estimator()
+    estimator = export.configuration.estimator(dtype)
     for segment in data.segments:
         estimator.step(float("nan"), float("nan"))  # clears the history at a gap of the record
         estimator.run(data.u[segment], data.y[segment])
