@@ -19,6 +19,10 @@ TOLERANCE = 0.003
 SIMULATOR_TOLERANCE = 0.02
 # So much more in a pressure: on sound machines it is where such a simulator differs most.
 OF_PRESSURE = 2.5
+# The decision takes less where the best set leaves less: what it leaves in this share of the
+# octaves, and at least this share of the tolerance. A set that brings nearly all octaves down to
+# the noise shows that the simulator is as good as that.
+OCTAVES_WITHIN, LEAST_SHARE = 0.75, 0.25
 # Share of the whole motion that is tolerated in each octave as well: the noise of an ordinary
 # sensor. Without it an octave in which nothing moves would judge by the seventh digit.
 LEAST_TOLERANCE = 0.001

@@ -237,7 +237,12 @@ def _diagnose(
         calibration=evaluation.calibration,
         remarks=(
             *remarks,
-            *simulator_remarks(evaluation.case, evaluation.decision.verdict, evaluation.inside),
+            *simulator_remarks(
+                evaluation.case,
+                evaluation.decision.verdict,
+                evaluation.inside,
+                selection.posterior.share,
+            ),
         ),
         runs=evaluation.runs,
         rig=rig,

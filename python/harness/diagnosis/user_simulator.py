@@ -119,17 +119,24 @@ def outside_of_simulator(
     return replace_part(where, subsystem=told, notes=())
 
 
-def simulator_remarks(case: Case, verdict: Verdict, inside: Sequence[Inside]) -> Iterator[Remark]:
-    """What a reader must know of the runs of a user's simulator, and of what it cannot be given."""
+def simulator_remarks(
+    case: Case, verdict: Verdict, inside: Sequence[Inside], share: float
+) -> Iterator[Remark]:
+    """What a reader must know of the runs of a user's simulator, and of what it cannot be given.
+
+    share: of the tolerance, with which the decision counted the errors.
+    """
     if case.engine is None:
         return
     runs = case.engine.runs
+    position, pressure = (
+        100.0 * share * case.engine.share(name) for name in ("position_m", "pressure_a_pa")
+    )
     yield Remark(
         "",
         f"The simulator is {runs.section.what}: {runs.runs} runs. It counts as exact to "
-        f"{100.0 * case.engine.share('position_m'):.2g} % of the motion, and in pressures to "
-        f"{100.0 * case.engine.share('pressure_a_pa'):.2g} %; 'tolerance' in [simulator] sets "
-        "the first.",
+        f"{position:.2g} % of the motion, and in pressures to {pressure:.2g} %; 'tolerance' in "
+        "[simulator] sets the first.",
     )
     for message, count in runs.failures.items():
         yield Remark("", f"{count} of the runs of the simulator failed: {message}.")

@@ -17,6 +17,10 @@ measured. The probabilities are exp(u), divided by their sum, of which the share
 over all hypotheses alike: a conditional logit (D. McFadden, in Frontiers in Econometrics, 1974),
 whose constants were fitted on machines with a known cause.
 
+Of a user's simulator left(S) in u(S) has a narrower tolerance where the best set shows it to be
+enough (`share_of_tolerance`), and UNCARRIED left(S*) / left(none) is added to u(outside), in
+proportion to the effects that the simulator cannot be given.
+
 The constants of the probabilities as one value, so that others can be put in their place.
 
 Errors that a candidate leaves in all data, on the scale of what is tolerated.
@@ -34,7 +38,7 @@ from __future__ import annotations
 
 import math
 import sys
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Literal
 
@@ -49,6 +53,8 @@ from ..deciding import (
     EVIDENCE,
     LAPSE,
     LEAST_LEFT,
+    LEAST_SHARE,
+    OCTAVES_WITHIN,
     OUTSIDE,
     OUTSIDE_BESIDE,
     OUTSIDE_EXPLAINED,
@@ -58,6 +64,7 @@ from ..deciding import (
 )
 from ..model.case import Case
 from ..model.parameters import Parameter
+from ..model.spectrum import OutputLikelihood
 from ..schema import Estimate, HowFar, Value
 from ..search.candidates import FittedCandidate, effect_families, law_count
 from ..search.intervals import margin, matters
@@ -110,7 +117,7 @@ Data = Literal["all", "fitted", "held out"]
 DIVERGED = math.log(sys.float_info.max)
 
 
-def left(case: Case, candidate: FittedCandidate, data: Data = "all") -> float:
+def left(case: Case, candidate: FittedCandidate, data: Data = "all", share: float = 1.0) -> float:
     """Mean of ln(errors / tolerated errors) over all octaves, windows and outputs, >= 0.
 
         left = sum_b (n_b / 2) ln((P_b + t_b) / t_b) / sum_b n_b
@@ -119,19 +126,47 @@ def left(case: Case, candidate: FittedCandidate, data: Data = "all") -> float:
     independent coefficients, over all outputs: the negative log-likelihood of `model.likelihood`,
     less that of a perfect simulator, for each independent error. A mean and not a sum, because
     errors of a model repeat. It is DIVERGED where a simulation diverges. data: which records or
-    blocks count.
+    blocks count. share: of the tolerance, see `share_of_tolerance`.
     """
     cost, count = 0.0, 0.0
+    for mean, likelihood in _by_output(case, candidate, data):
+        narrowed = likelihood.narrowed(share)
+        cost += narrowed.cost_of(mean) - narrowed.cost_of(np.zeros_like(mean))
+        count += float(likelihood.counts.sum())
+    return cost / count if math.isfinite(cost) else DIVERGED
+
+
+def _by_output(
+    case: Case, candidate: FittedCandidate, data: Data
+) -> Iterator[tuple[FloatArray, OutputLikelihood]]:
+    """Mean power of the errors in each band, shape (BANDS,), and the likelihood of each output."""
     for part, powers in (("fitted", candidate.fit_powers), ("held out", candidate.powers)):
         if data not in ("all", part):
             continue
         likelihoods = case.problem(held_out=part == "held out").likelihoods.values()
-        sums = powers.sum(axis=0)
-        for by_band, likelihood in zip(sums, likelihoods, strict=True):
-            mean = by_band / np.maximum(likelihood.spectrum.sizes, 1.0)
-            cost += likelihood.cost_of(mean) - likelihood.cost_of(np.zeros_like(mean))
-            count += float(likelihood.counts.sum())
-    return cost / count if math.isfinite(cost) else DIVERGED
+        for by_band, likelihood in zip(powers.sum(axis=0), likelihoods, strict=True):
+            yield by_band / np.maximum(likelihood.spectrum.sizes, 1.0), likelihood
+
+
+def share_of_tolerance(case: Case, candidates: Sequence[FittedCandidate]) -> float:
+    """Share of the tolerance of a user's simulator that the best candidate shows to be enough.
+
+    In each band where the tolerance is above the noise, what the candidate leaves above the noise
+    is compared with it; `OCTAVES_WITHIN` of all bands are within the share. 1 for our simulator,
+    and where the rig file states the tolerance.
+    """
+    if case.engine is None or case.engine.runs.section.tolerance is not None:
+        return 1.0
+    best = min(candidates, key=lambda candidate: left(case, candidate))
+    shares: list[float] = []
+    for mean, likelihood in _by_output(case, best, "all"):
+        assert likelihood.of_motion is not None
+        noise = likelihood.tolerated - likelihood.of_motion
+        told = (likelihood.of_motion > noise) & (likelihood.counts > 0.0)
+        above = np.maximum(mean - noise, 0.0)[told]
+        shares += np.sqrt(above / likelihood.of_motion[told]).tolist()
+    most = float(np.quantile(shares, OCTAVES_WITHIN)) if shares else 1.0
+    return min(max(most, LEAST_SHARE), 1.0)
 
 
 # Distances by which intervals of 90 % had to be wider to hold on 1,000 generated machines, at the
@@ -209,6 +244,8 @@ class Posterior:
     probable first."""
     outside: float
     """Probability of a cause outside of the catalogue."""
+    share: float = 1.0
+    """Share of the tolerance with which the errors were counted, see `share_of_tolerance`."""
 
     @property
     def healthy(self) -> Hypothesis:
@@ -248,6 +285,7 @@ def with_law(posterior: Posterior, evidence: float, constants: Constants = IN_US
     return Posterior(
         tuple(replace(each, probability=rest * each.probability) for each in posterior.hypotheses),
         outside,
+        posterior.share,
     )
 
 
@@ -260,6 +298,7 @@ def with_outside(posterior: Posterior, evidence: float) -> Posterior:
     return Posterior(
         tuple(replace(each, probability=rest * each.probability) for each in posterior.hypotheses),
         outside,
+        posterior.share,
     )
 
 
@@ -324,7 +363,8 @@ def posterior(
         and not edges_can_replace_force(case, candidate)
     ]
     candidates = [calibrated, *named]
-    lefts = [left(case, candidate) for candidate in candidates]
+    share = share_of_tolerance(case, candidates)
+    lefts = [left(case, candidate, share=share) for candidate in candidates]
     smalls = [
         sum(
             (
@@ -337,12 +377,15 @@ def posterior(
     ]
     scores = score(lefts, [law_count(candidate.effects) for candidate in candidates], smalls)
     best = int(np.argmax(scores))
-    outside = float(outside_score(scores[best], lefts[best], lefts[0], case.pressures))
-    outside += uncarried_odds(case.rig)
+    # How much is left at all is measured with the whole tolerance, whatever tells the sets apart.
+    of_best, of_none = (left(case, candidates[place]) for place in (best, 0))
+    outside = float(outside_score(scores[best], of_best, of_none, case.pressures))
+    # An effect that cannot be tried is the less probable, the more another one explains.
+    outside += uncarried_odds(case.rig) * (of_best / of_none if of_none > 0.0 else 1.0)
     probabilities = probabilities_of(np.array([*scores, outside]))
     hypotheses = [
         Hypothesis(*each)
         for each in zip(candidates, lefts, smalls, probabilities[:-1].tolist(), strict=True)
     ]
     hypotheses.sort(key=lambda each: -each.probability)
-    return Posterior(tuple(hypotheses), float(probabilities[-1]))
+    return Posterior(tuple(hypotheses), float(probabilities[-1]), share)

@@ -134,8 +134,14 @@ class Problem:
             gain = self.spectrum.noise_gain(differences=name == CENTRED)
             white = self.floors[name] ** 2 * gain
             noise = np.maximum(white, rounding)
-            tolerated = noise + self._tolerance(name) ** 2 * motion + self._least(name, motion)
-            likelihoods[name] = OutputLikelihood(self.spectrum, independent, tolerated, self.white)
+            of_motion = self._tolerance(name) ** 2 * motion
+            likelihoods[name] = OutputLikelihood(
+                self.spectrum,
+                independent,
+                noise + of_motion + self._least(name, motion),
+                self.white,
+                of_motion,
+            )
         return likelihoods
 
     def _powers(self, name: str, signals: Sequence[Mapping[str, FloatArray]]) -> FloatArray:

@@ -36,7 +36,7 @@ hides nothing in the others, and no output or band needs a weight by hand.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache, cached_property
 
 import numpy as np
@@ -60,6 +60,15 @@ class OutputLikelihood:
     white: bool = False
     """True if the disturbance has the same variance in all bands. The largest errors then decide,
     which leads a fit from far away to the neighbourhood of its minimum."""
+    of_motion: FloatArray | None = None
+    """The part tolerance^2 M_b of what is tolerated, shape (BANDS,)."""
+
+    def narrowed(self, share: float) -> OutputLikelihood:
+        """The likelihood with a tolerance of this share, 0 to 1, of what it is."""
+        if self.of_motion is None or share == 1.0:
+            return self
+        less = (1.0 - share**2) * self.of_motion
+        return replace(self, tolerated=self.tolerated - less, of_motion=share**2 * self.of_motion)
 
     def cost(self, coefficients: FloatArray) -> float:
         """Negative log-likelihood of coefficients (R,), nats; infinite if they are not finite."""

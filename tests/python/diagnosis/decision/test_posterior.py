@@ -5,24 +5,36 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from types import SimpleNamespace
 from typing import Any, cast
 
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from made_candidates import CASE, MadeCase, candidate
+from made_candidates import CASE, FLOOR, LIKELIHOOD, MadeCase, candidate
 
-from ehsid.harness.diagnosis.deciding import EFFECT, EVIDENCE, FORCE_DEVIATIONS, LAPSE, SMALL
+from ehsid.harness.diagnosis.deciding import (
+    EFFECT,
+    EVIDENCE,
+    FORCE_DEVIATIONS,
+    LAPSE,
+    LEAST_SHARE,
+    SMALL,
+)
+from ehsid.harness.diagnosis.decision import posterior as posterior_module
 from ehsid.harness.diagnosis.decision.posterior import (
     IN_USE,
     Posterior,
+    left,
     outside_score,
     posterior,
     score,
+    share_of_tolerance,
     with_law,
 )
 from ehsid.harness.diagnosis.model.case import Case
+from ehsid.harness.diagnosis.model.spectrum import BANDS
 from ehsid.harness.diagnosis.search import maps
 from ehsid.harness.diagnosis.search.candidates import (
     FittedCandidate,
@@ -276,3 +288,56 @@ def test_evidence_without_end_leaves_finite_probabilities() -> None:
     # In three cases of a hundred the machine does what nobody thought of.
     assert after.outside == pytest.approx(1.0 - LAPSE)
     assert after.healthy.probability == pytest.approx(LAPSE)
+
+
+class _WithSimulator(MadeCase):
+    """A case of a user's simulator that counts as exact to 1,000 floors of the motion."""
+
+    def __init__(self, tolerance: float | None = None) -> None:
+        section = SimpleNamespace(tolerance=tolerance)
+        self.engine = SimpleNamespace(runs=SimpleNamespace(section=section))
+
+    def problem(self, *, held_out: bool = False) -> Any:
+        of_motion = np.full(BANDS, (1e3 * FLOOR) ** 2)
+        likelihood = replace(
+            LIKELIHOOD, tolerated=LIKELIHOOD.tolerated + of_motion, of_motion=of_motion
+        )
+        return SimpleNamespace(likelihoods={"position_m": likelihood})
+
+
+@pytest.mark.parametrize(("best", "share"), [(10.0, LEAST_SHARE), (500.0, 0.5), (2e3, 1.0)])
+def test_a_set_that_leaves_less_than_the_tolerance_narrows_it(best: float, share: float) -> None:
+    """The errors are white: above the noise every octave has the same."""
+    case = cast(Case, cast(Any, _WithSimulator()))
+    sets = [candidate(rms=3e3 * FLOOR), candidate("transport_delay", rms=best * FLOOR)]
+    assert share_of_tolerance(case, sets) == pytest.approx(share, rel=1e-4)
+    assert posterior(case, sets[0], sets[1:]).share == pytest.approx(share, rel=1e-4)
+    # left = ln(1 + (e / t)^2) / 2 of each octave, with the tolerance t of this share.
+    tolerated = 1.0 + (1e3 * share) ** 2
+    expected = 0.5 * math.log1p(best**2 / tolerated)
+    assert left(case, sets[1], share=share) == pytest.approx(expected, rel=1e-3)
+
+
+def test_a_tolerance_that_the_rig_file_states_stays() -> None:
+    case = cast(Case, cast(Any, _WithSimulator(tolerance=0.02)))
+    assert share_of_tolerance(case, [candidate(rms=10.0 * FLOOR)]) == 1.0
+    assert share_of_tolerance(CASE, [candidate(rms=10.0 * FLOOR)]) == 1.0
+
+
+def test_effects_that_cannot_be_tried_count_less_the_more_is_explained(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Their nats times left(S*) / left(none), on the whole tolerance, are added to u(outside)."""
+    case = cast(Case, cast(Any, _WithSimulator()))
+    sets = [candidate(rms=3e3 * FLOOR), candidate("transport_delay", rms=700.0 * FLOOR)]
+    ratio = left(case, sets[1]) / left(case, sets[0])
+
+    def odds() -> float:
+        found = posterior(case, sets[0], sets[1:])
+        # LAPSE / K of the probability is spread over the K = 3 answers.
+        best, outside = (p - LAPSE / 3 for p in (found.hypotheses[0].probability, found.outside))
+        return math.log(outside / best)
+
+    without = odds()
+    monkeypatch.setattr(posterior_module, "uncarried_odds", lambda rig: 2.0)
+    assert odds() - without == pytest.approx(2.0 * ratio, rel=1e-9)
