@@ -21,8 +21,9 @@ from ehsid.harness.signals.excitation import random_steps
 from ehsid.harness.signals.simulation import draw_noise, suggested_controller
 from ehsid.harness.signals.simulation.run import OUTPUTS_OF
 from ehsid.hil.comparison import Agreement, compare
+from ehsid.hil.cycles import CycleOptions
 from ehsid.hil.emulator import emulated
-from ehsid.hil.page import control_figure, estimates_figure, servo_figure
+from ehsid.hil.page import control_figure, cycles_figure, estimates_figure, servo_figure
 from ehsid.hil.plan import Plan, position_plan
 from ehsid.hil.run import Recording, RunResult, run_plan
 from ehsid.hil.session import Session
@@ -67,6 +68,10 @@ def weak_supply(retune: bool) -> Plan:
 
 def main() -> None:
     """Run, say what came out, and keep the pictures."""
+    # As drawn by --cycles jitter=0.3, lost=0.02 and overrun=0.02 for 20 s at 5 ms.
+    cycles = CycleOptions(0.3, 0.02, 0.02).draw(4000, 0.005, np.random.default_rng([0, 2]))
+    cycles_figure(cycles).savefig(HERE / "cycles.png", dpi=90)
+    print(cycles)
     with emulated(Path(sys.argv[1])) as port, open_line(port) as line:
         session, rig = Session(line), published_rig()
         plans = experiment_plans(rig, suggested_controller(rig), seed=0)

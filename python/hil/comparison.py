@@ -10,7 +10,6 @@ import numpy as np
 import numpy.typing as npt
 
 import ehsid
-from ehsid.harness.base.numbers import FloatArray
 from ehsid.harness.firmware.configuration import EstimatorConfiguration
 from ehsid.harness.firmware.servo import ServoSettings
 from ehsid.harness.models.estimation.servo import KEYS, ServoPath, ServoValue
@@ -81,25 +80,34 @@ class Agreement:
         )
 
 
+def lost_before(run: RunResult) -> npt.NDArray[np.int64]:
+    """Returns how many cycles were lost right before each sample, shape (N,)."""
+    return np.diff(run.numbers, prepend=-1) - 1
+
+
 def replay(
+    run: RunResult,
     configuration: EstimatorConfiguration,
-    command_v: FloatArray,
-    position_m: FloatArray,
     begun: Mapping[int, EstimatorConfiguration] | None = None,
 ) -> Replay:
-    """Runs the host's float32 estimator over N samples, with a new one at each sample of `begun`.
+    """Runs the host's float32 estimator over a run, with a new one at each sample of `begun`.
 
-    The new one has the settings that stand there.
+    The new one has the settings that stand there. As on the target, the estimator forgets the past
+    samples where cycles were lost.
     """
+    command_v, position_m = run.command_v, run.position_m
     estimator = configuration.estimator()
     theta = np.empty((command_v.size, estimator.n), dtype=np.float32)
     deviation = np.empty_like(theta)
     scalars = np.empty((command_v.size, len(SCALARS)), dtype=np.float32)
     status = np.empty(command_v.size, dtype=np.uint8)
     anew = {} if begun is None else begun
+    numbers, lost = run.numbers.tolist(), lost_before(run)
     for k, (command, position) in enumerate(zip(command_v, position_m, strict=True)):
-        if k in anew:
-            estimator = anew[k].estimator()
+        if numbers[k] in anew:
+            estimator = anew[numbers[k]].estimator()
+        elif lost[k]:
+            estimator.step(np.nan, np.nan)
         status[k] = estimator.step(command, position)
         theta[k] = estimator.theta_hat
         deviation[k] = estimator.standard_deviation
@@ -114,7 +122,7 @@ def compare(run: RunResult) -> Agreement:
     configuration = run.plan.configuration.estimator
     # A target that was reset begins with the settings of the plan, whatever was wished before.
     begun = {**run.begun, **dict.fromkeys(run.restarts, configuration)}
-    host = replay(configuration, run.command_v, run.position_m, begun)
+    host = replay(run, configuration, begun)
     results = run.arx_results
     theta = np.array([result.theta for result in results], dtype=np.float32)
     scalars = np.array(
@@ -127,7 +135,7 @@ def compare(run: RunResult) -> Agreement:
         & (_bits(scalars) == _bits(host.scalars)).all(axis=1)
         & (status == host.status)
     )
-    return Agreement(host, theta, np.flatnonzero(~same), _largest(theta, host.theta))
+    return Agreement(host, theta, run.numbers[~same], _largest(theta, host.theta))
 
 
 def _compare_servo(run: RunResult, settings: ServoSettings) -> Agreement:
@@ -135,9 +143,12 @@ def _compare_servo(run: RunResult, settings: ServoSettings) -> Agreement:
     estimator = settings.estimator()
     status = np.empty(len(run.results), dtype=np.uint8)
     told = np.empty((status.size, len(KEYS), 3), dtype=np.float32)
+    numbers, lost = run.numbers.tolist(), lost_before(run)
     for k, (command, position) in enumerate(zip(run.command_v, run.position_m, strict=True)):
-        if k in run.restarts:
+        if numbers[k] in run.restarts:
             estimator = settings.estimator()
+        elif lost[k]:
+            estimator.step(np.nan, np.nan)
         status[k] = estimator.step(command, position)
         servo = estimator.servo()
         for i, key in enumerate(KEYS.values()):
@@ -150,7 +161,7 @@ def _compare_servo(run: RunResult, settings: ServoSettings) -> Agreement:
     return Agreement(
         Replay(none, none, none, status, _servo_path(told, status, estimator.delay)),
         none,
-        np.flatnonzero(~same),
+        run.numbers[~same],
         _largest(*(x[:, :, :2].reshape(status.size, -1) for x in (theirs, told))),
         _servo_path(theirs, their_status, estimator.delay),
     )

@@ -19,6 +19,9 @@ from .frames import Field, Message
 
 VERSION = 3
 
+MOST_LOST = 1000
+"""Most cycles without a sample, by which the number of a sample may jump ahead."""
+
 
 class Kind(IntEnum):
     """Kind of a packet, its first byte."""
@@ -162,7 +165,7 @@ START = Message(Kind.START, (Field("number", "u32", "", "number of the first sam
 SAMPLE = Message(
     Kind.SAMPLE,
     (
-        Field("number", "u32", "", "k: number of the sample before plus one"),
+        Field("number", "u32", "", "k: number of the sample before plus one, and lost cycles"),
         Field("position_m", "f32", "m", "measured at t_k"),
         Field("reference_m", "f32", "m", "reference position"),
         Field("reference_velocity_m_s", "f32", "m/s", "speed of the reference"),

@@ -1,10 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Renders the page of runs with the hardware in the loop.
-
-Draws figures of runs with the hardware in the loop.
-
-The files of `ehsid hil`: samples, report and numbers.
-"""
+"""Page and figures of runs with the hardware in the loop, and the files of `ehsid hil`."""
 
 from __future__ import annotations
 
@@ -32,12 +27,13 @@ from ehsid.harness.show.units import percent
 
 from .answers import Identity
 from .comparison import Agreement, rmse
+from .cycles import Cycles
 from .result_file import HilFile, Provenance, Runs, hil_file
 from .run import ESTIMATES, RECORD, RunResult
 
 
 def _time(run: RunResult) -> FloatArray:
-    return np.arange(len(run.results), dtype=np.float64) * run.plan.dt_s
+    return run.plan.times_s[run.numbers]
 
 
 def _limits(curves: npt.NDArray[np.floating[Any]]) -> tuple[float, float]:
@@ -55,7 +51,7 @@ def _events(axes: Axes, run: RunResult) -> None:
     if run.plan.change_at is not None:
         axes.axvline(run.plan.change_at * run.plan.dt_s, color=GREY, linewidth=1.0)
     for sample in (*run.restarts, *run.begun):
-        axes.axvline(sample * run.plan.dt_s, color=VERMILION, linewidth=1.0, linestyle=":")
+        axes.axvline(run.plan.times_s[sample], color=VERMILION, linewidth=1.0, linestyle=":")
 
 
 @styled
@@ -104,7 +100,7 @@ def servo_figure(run: RunResult, servo: ServoPath, host: ServoPath) -> Figure:
         draw_servo_value(axes, _time(run), value)
         axes.plot(_time(run), ours.path, "k--", linewidth=0.6)
         _events(axes, run)
-    rows[0].set_xlim(0.0, len(run.results) * run.plan.dt_s)
+    rows[0].set_xlim(0.0, _time(run)[-1] + run.plan.dt_s)
     return figure
 
 
@@ -113,7 +109,7 @@ def control_figure(run: RunResult) -> Figure:
     """Draws reference and position, their difference, the command, and the gain of the target."""
     figure, (path, error, command, gain) = stacked(8.0, [2, 1, 1, 1.5], xlabel="time in s")
     time, controller = _time(run), run.plan.configuration.controller
-    reference = run.plan.reference_m[: time.size]
+    reference = run.plan.reference_m[run.numbers]
     path.plot(time, 1e3 * reference, "k--", linewidth=1.0, label="reference")
     path.plot(time, 1e3 * run.position_m[: time.size], linewidth=1.2, label="position")
     path.set_ylabel("mm")
@@ -144,6 +140,21 @@ def control_figure(run: RunResult) -> Figure:
     for axes in (path, error, command, gain):
         _events(axes, run)
         axes.margins(x=0.0)
+    return figure
+
+
+@styled
+def cycles_figure(cycles: Cycles) -> Figure:
+    """Draws the time of each cycle, and marks those that were lost or whose command came late."""
+    figure = Figure(figsize=(8.0, 2.8))
+    axes = figure.subplots()
+    start, lasted = cycles.times_s, 1e3 * cycles.durations_s
+    axes.plot(start, lasted, ".", color=GREY, markersize=2.0, label="cycle")
+    marks = ((cycles.lost, VERMILION, "x", "lost"), (cycles.overrun, ORANGE, "o", "late command"))
+    for at, color, marker, label in marks:
+        axes.plot(start[at], lasted[at], marker, color=color, markersize=4.0, label=label)
+    axes.set(xlabel="time in s", ylabel="cycle time in ms", xlim=(0.0, start[-1]))
+    axes.legend(ncols=3, loc="lower left", bbox_to_anchor=(0.0, 1.0))
     return figure
 
 
@@ -178,6 +189,9 @@ def lead(identity: Identity, runs: Runs) -> list[str]:
         if agreement.servo is not None:
             words = " ".join(servo_words(agreement.servo))
             sentences.append(f"{name}: {agreement.servo}. {words}".rstrip())
+    for name, run, _ in runs:
+        if run.plan.cycles is not None:
+            sentences.append(f"{name}: {run.plan.cycles}.")
     for name, _, agreement in runs:
         if not agreement.equal:
             sentences.append(f"{name}: {agreement.sentence}.")
@@ -320,6 +334,14 @@ def hil_page(
                     ],
                 )
             )
+    for name, run, _ in runs:
+        if run.plan.cycles is not None:
+            picture = Picture(
+                cycles_figure(run.plan.cycles),
+                "Cycle times. A lost cycle has no sample; a late command acts one cycle later.",
+                "Cycle times, with marks at lost cycles and late commands",
+            )
+            sections.append(Section(f"Cycles: {name}", [picture]))
     sections.append(Section("The line", [line_table(runs), _setup(identity, runs)]))
     return Page(
         title="Hardware in the loop",

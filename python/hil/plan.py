@@ -31,6 +31,7 @@ from ehsid.harness.signals.simulation import (
 from ehsid.harness.signals.simulation.settings import SignalOptions, as_command, as_reference
 
 from .configuration import Configuration, ControllerSettings
+from .cycles import CycleOptions, Cycles
 
 
 @dataclass(frozen=True)
@@ -53,6 +54,8 @@ class LoopRun:
     """Values of the simulated machine that the controller does not know, by full name."""
     watchdog_ms: int
     """Time without a valid request after which the target closes the valve, ms."""
+    cycles: CycleOptions | None = None
+    """How irregular the cycles are; None for regular ones."""
 
     def plan(self, rig: Rig) -> Plan:
         """Returns the plan of the run with a rig.
@@ -62,6 +65,13 @@ class LoopRun:
         SimulationError, ValueError
             an option is out of range, or the rig cannot follow the signal.
         """
+        plan = self._regular(rig)
+        if self.cycles is None:
+            return plan
+        rng = np.random.default_rng([self.signal.seed, 2])
+        return replace(plan, cycles=self.cycles.draw(plan.samples, plan.dt_s, rng))
+
+    def _regular(self, rig: Rig) -> Plan:
         controller = suggested_controller(rig, self.bandwidth_hz)
         # As in `ehsid simulate --noise`, the noise has another random stream than the test signal.
         rng = np.random.default_rng([self.signal.seed, 1])
@@ -157,7 +167,7 @@ WATCHDOG_MS = 500
 
 @dataclass(frozen=True, eq=False)
 class Plan:
-    """Plan of one run of N samples."""
+    """Plan of one run of N samples; where cycles are lost, of N cycles."""
 
     name: str
     """Name of the run, for the user."""
@@ -181,6 +191,14 @@ class Plan:
     change: Mapping[str, float] = field(default_factory=dict)
     """Factors on values of the rig, by full name, that act from the middle of the run on; the
     target is not informed of this change of the plant."""
+    cycles: Cycles | None = None
+    """The cycles where they are not regular; not with a change of the plant."""
+
+    @property
+    def times_s(self) -> FloatArray:
+        """Times of the samples, s, shape (N,)."""
+        regular = np.arange(self.samples, dtype=np.float64) * self.dt_s
+        return regular if self.cycles is None else self.cycles.times_s
 
     @property
     def samples(self) -> int:
@@ -193,8 +211,9 @@ class Plan:
         return self.samples // 2 if self.change else None
 
     def cut(self, samples: int) -> Plan:
-        """Returns the plan of the first samples; a plan with a change of the plant has no such."""
+        """Returns the plan of the first samples; not with a change of the plant or with cycles."""
         assert not self.change
+        assert self.cycles is None
         return replace(
             self,
             direct_v=self.direct_v[:samples],

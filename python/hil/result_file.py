@@ -5,8 +5,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from typing import Literal
+
+import numpy as np
 
 import ehsid
 from ehsid.harness.models.estimation.servo import ServoPath
@@ -14,6 +16,7 @@ from ehsid.harness.models.estimation.servo import ServoPath
 from .answers import Identity, Result
 from .comparison import Agreement, rmse
 from .configuration import POLICIES
+from .cycles import Cycles
 from .run import RunResult
 from .session import Counters
 
@@ -62,6 +65,25 @@ class ServoFound:
     omega_n: ServoFigures
     xi: ServoFigures
     delay: int
+
+
+@dataclass(frozen=True)
+class CyclesFound:
+    """The cycles of a run where they were not regular."""
+
+    jitter: float
+    lost: float
+    overrun: float
+    """Largest deviation of a cycle's time as a share of the sampling time, and shares of cycles
+    lost and late, as asked for."""
+    cycles: int
+    cycles_lost: int
+    cycles_overrun: int
+    """Number of all cycles, of those that did not run, and of those whose command came late."""
+    shortest_s: float
+    longest_s: float
+    deviation_s: float
+    """Shortest and longest time of a cycle, and the standard deviation of these times, s."""
 
 
 @dataclass(frozen=True)
@@ -126,6 +148,8 @@ class Run:
     """Numbers of the samples before which the target was reset and configured anew."""
     estimator_begun_before_samples: tuple[int, ...]
     """Numbers of the samples before which the user let the estimator begin anew."""
+    cycles: CyclesFound | None
+    """The cycles; null where all were regular."""
 
 
 @dataclass(frozen=True)
@@ -180,6 +204,19 @@ def _found(servo: ServoPath) -> ServoFound:
     return ServoFound(gain, omega_n, xi, servo.delay)
 
 
+def _cycles(cycles: Cycles) -> CyclesFound:
+    times = cycles.durations_s
+    return CyclesFound(
+        **asdict(cycles.options),
+        cycles=times.size,
+        cycles_lost=int(np.sum(cycles.lost)),
+        cycles_overrun=int(np.sum(cycles.overrun)),
+        shortest_s=float(times.min()),
+        longest_s=float(times.max()),
+        deviation_s=float(np.std(times)),
+    )
+
+
 def _run(name: str, run: RunResult, agreement: Agreement) -> Run:
     plan, last = run.plan, run.results[-1]
     estimator, controller = plan.configuration.estimator, plan.configuration.controller
@@ -223,4 +260,5 @@ def _run(name: str, run: RunResult, agreement: Agreement) -> Run:
         line=run.counters,
         target_resets_before_samples=run.restarts,
         estimator_begun_before_samples=tuple(sorted(run.begun)),
+        cycles=None if plan.cycles is None else _cycles(plan.cycles),
     )

@@ -6,10 +6,8 @@ on real-time implementation) with exchanged roles: the plant is simulated, the c
 The simulated time does not advance while the host waits for an answer, so the result of a run does
 not depend on the line and its speed.
 
-Writes the record and the estimates of a run to files during the run.
-
-Each sample is written to a file as one whole line in one call. If the program is interrupted, the
-files end with the previous sample.
+Each sample is written to the files of the run as one whole line in one call. If the program is
+interrupted, they end with the previous sample.
 """
 
 from __future__ import annotations
@@ -22,6 +20,7 @@ from pathlib import Path
 from typing import BinaryIO, Self
 
 import numpy as np
+import numpy.typing as npt
 
 import ehsid
 from ehsid.harness.base.numbers import FloatArray
@@ -31,6 +30,7 @@ from ehsid.harness.models.identification import ArxOrders
 from ehsid.harness.signals.simulation.run import OUTPUTS, OUTPUTS_OF, as_measured, prepare
 
 from .answers import Result, SampleAnswer, ServoResult
+from .cycles import TICKS, Cycles
 from .frames import HilError, TargetReset
 from .messages import Sample, Steer, Stopped
 from .plan import Plan
@@ -47,6 +47,7 @@ def _columns(answer: type[SampleAnswer]) -> tuple[str, ...]:
 
 
 _FRONT, _BEHIND = ("time_s", "reference_m"), ("asked_again", "bad_frames", "trips", "restarts")
+_CYCLES = ("cycles_lost", "overrun")  # cycles lost right before the sample, and 0 or 1
 
 
 class Table:
@@ -82,6 +83,8 @@ class Recording:
         where the files are written, and the measured outputs of the record.
     orders
         of the estimator; None for a ServoEstimator.
+    cycles
+        of the plan; those that are not regular add two columns to the estimates.
 
     Attributes
     ----------
@@ -89,15 +92,23 @@ class Recording:
         number of samples written so far.
     """
 
-    def __init__(self, folder: Path, outputs: Sequence[str], orders: ArxOrders | None) -> None:
+    def __init__(
+        self,
+        folder: Path,
+        outputs: Sequence[str],
+        orders: ArxOrders | None,
+        cycles: Cycles | None = None,
+    ) -> None:
         folder.mkdir(parents=True, exist_ok=True)
         self.samples = 0
         self._folder = folder
         self._outputs = tuple(outputs)
+        self._cycles, self._last = cycles, -1
         self._answer = _columns(ServoResult if orders is None else Result)
         self._record = Table(folder / RECORD, ("time_s", "command_v", *self._outputs))
         try:
-            columns = (*_FRONT, *self._answer, *_BEHIND, *(() if orders is None else orders.names))
+            names = (*(_CYCLES if cycles else ()), *(orders.names if orders else ()))
+            columns = (*_FRONT, *self._answer, *_BEHIND, *names)
             self._estimates = Table(folder / ESTIMATES, columns)
         except OSError:
             self._record.close()
@@ -128,6 +139,7 @@ class Recording:
         self._record.add(
             (time_s, result.command_v, *(float(outputs[name]) for name in self._outputs))
         )
+        lost, self._last = result.number - self._last - 1, result.number
         self._estimates.add(
             (
                 time_s,
@@ -137,6 +149,7 @@ class Recording:
                 counters.bad_frames + result.bad_frames,
                 result.trips,
                 restarts,
+                *(() if self._cycles is None else (lost, self._cycles.overrun[result.number])),
                 *(result.theta if isinstance(result, Result) else ()),
             )
         )
@@ -166,6 +179,11 @@ class RunResult:
     """Duration of the run on the wall clock, s."""
     begun: Mapping[int, EstimatorConfiguration] = field(default_factory=dict)
     """Settings with which the user let the estimator begin anew, by the number of the sample."""
+
+    @property
+    def numbers(self) -> npt.NDArray[np.int64]:
+        """Numbers of the N samples; they jump where cycles were lost."""
+        return np.array([result.number for result in self.results], dtype=np.int64)
 
     @property
     def arx_results(self) -> list[Result]:
@@ -223,12 +241,17 @@ def run_plan(
     start = prepare(
         plan.rig, dt_s=plan.dt_s, position0_m=plan.position0_m, values=plan.values or None
     )
+    cycles = plan.cycles
+    if cycles is not None:
+        # The machine moves on by ticks, with at least as many steps in a cycle.
+        start = replace(start, dt_s=plan.dt_s / TICKS, substeps=-(-start.substeps // TICKS))
     plant = start.plant(quantised=False)
     outputs = OUTPUTS_OF[plan.rig.plant]
     n_parameters = plan.configuration.estimator.orders.n_parameters
-    speed = plan.reference_speed_m_s
+    speed, times = plan.reference_speed_m_s, plan.times_s
     results: list[SampleAnswer] = []
-    positions = np.empty(plan.samples)
+    positions: list[float] = []
+    held_v = 0.0  # the command of the last sample
     restarts: list[int] = []
     begun: dict[int, EstimatorConfiguration] = {}
     before = replace(session.counters)
@@ -236,6 +259,9 @@ def run_plan(
     _begin(session, plan, 0)
     try:
         for k in range(plan.samples):
+            if cycles is not None and cycles.lost[k]:
+                plant.run(np.full(cycles.ticks[k], held_v))
+                continue
             shown = as_measured(plant.read(), plan.noise[k], start.values)
             if k == plan.change_at:
                 plant = _changed(plan, plant)
@@ -245,16 +271,16 @@ def run_plan(
                     "loop is not stable; take a smaller --bandwidth or a shorter --dt"
                 )
             # The record and the target must have the same position, rounded to float32.
-            shown[POSITION] = positions[k] = float(np.float32(shown[POSITION]))
+            shown[POSITION] = float(np.float32(shown[POSITION]))
             sample = Sample(
                 number=k,
-                position_m=float(positions[k]),
+                position_m=float(shown[POSITION]),
                 reference_m=float(plan.reference_m[k]),
                 reference_velocity_m_s=float(speed[k]),
                 direct_v=float(plan.direct_v[k]),
             )
             if real_time:
-                time.sleep(max(0.0, began + k * plan.dt_s - time.monotonic()))
+                time.sleep(max(0.0, began + times[k] - time.monotonic()))
             if steer is not None and (request := steer(k)) is not None:
                 begun[k] = request
                 _begin_anew(session, plan, request, k)
@@ -266,22 +292,28 @@ def run_plan(
                     "configuration; is the firmware of examples/firmware/servo on it?"
                 )
             results.append(result)
+            positions.append(sample.position_m)
             counters = _since(session.counters, before)
             recording.add(
-                k * plan.dt_s,
+                float(times[k]),
                 {name: float(shown[OUTPUTS.index(name)]) for name in outputs},
                 sample.reference_m,
                 result,
                 counters,
                 len(restarts),
             )
-            plant.advance(result.command_v)
+            if cycles is None:
+                plant.advance(result.command_v)
+            else:
+                late = cycles.overrun[k]
+                plant.run(np.full(cycles.ticks[k], held_v if late else result.command_v))
+            held_v = result.command_v
             if progress is not None:
                 progress(k + 1, result, counters)
     except Stopped:
         if not results:
             raise HilError(f"{plan.name}: the run was stopped before its first sample") from None
-        plan, positions = plan.cut(len(results)), positions[: len(results)]
+        plan = plan.cut(len(results))
     except HilError:
         raise  # without further requests the watchdog of the target closes the valve
     except BaseException:
@@ -293,7 +325,7 @@ def run_plan(
     return RunResult(
         plan,
         np.array([result.command_v for result in results]),
-        positions,
+        np.array(positions),
         tuple(results),
         tuple(restarts),
         _since(session.counters, before),

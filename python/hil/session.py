@@ -21,7 +21,7 @@ from .answers import (
 )
 from .configuration import POLICIES, Configuration
 from .frames import BadFrame, HilError, TargetReset, decode, encode
-from .messages import Hello, Reason, Resume, Sample, Start, State, Stop, status_name
+from .messages import MOST_LOST, Hello, Reason, Resume, Sample, Start, State, Stop, status_name
 from .transport import Line
 
 MOST_TRIPS = 10
@@ -273,7 +273,7 @@ class Session:
         if out_of_state and answer.state is State.SAFE and isinstance(request, Sample):
             raise _Tripped
         raise HilError(
-            f"{self._line.name}: the target refused {what}: {_reason(answer)} "
+            f"{self._line.name}: the target refused {what}: {_reason(answer, request)} "
             f"(it is {answer.state.name.lower()})"
         )
 
@@ -304,12 +304,17 @@ class _Tripped(Exception):  # noqa: N818 -- never leaves this module
     """The target is in the state safe, so it has not carried out the sample."""
 
 
-def _reason(answer: Refused) -> str:
+def _reason(answer: Refused, request: Request) -> str:
     """Returns the reason of a refusal in words, and what the user can do."""
     match answer.reason:
         case Reason.STATE:
             return "it takes none in its state; end what else talks to it, and begin with hello"
         case Reason.ORDER:
+            if isinstance(request, Sample) and 0 < request.number - answer.expected <= MOST_LOST:
+                return (
+                    f"it waits for sample {answer.expected} and knows no lost cycles; bring its "
+                    "firmware to the release of this host, or leave lost out of --cycles"
+                )
             return f"it waits for sample {answer.expected}; numbers are consecutive"
         case Reason.UNKNOWN:
             return "it does not know this request; bring firmware and host to one release"

@@ -102,7 +102,8 @@ def servo_run(requests: Requests, chance: random.Random) -> None:
         # The target's command is not known here: this is of a controller like it.
         command = max(-6.0, min(6.0, 40 * (reference - position)))
         measured = {700: math.nan, 720: 1e30}.get(k, position + chance.uniform(-1e-5, 1e-5))
-        requests.ask(0x04, struct.pack("<I4f", 2000 + k, measured, reference, 0.0, 0.0))
+        number = 2000 + k + 3 * (k >= 1100)  # three cycles are lost
+        requests.ask(0x04, struct.pack("<I4f", number, measured, reference, 0.0, 0.0))
         for _ in range(10):
             acceleration += 1e-3 * (625 * (0.05 * command - velocity) - 20 * acceleration)
             velocity += 1e-3 * acceleration
@@ -128,7 +129,8 @@ def session() -> Requests:
                 u = [max(-6.0, min(6.0, 40 * (reference - y[0]))), *u[:2]]
                 measured = {40: math.nan, 60: 1e30, 61: math.inf, 62: 1e-42}.get(k, y[0])
                 values = (measured, reference, 0.0, math.nan if k == 80 else 0.0)
-                asked = requests.ask(0x04, struct.pack("<I4f", 1000 + k, *values))
+                number = 1000 + k + 7 * (k >= 100)  # seven cycles are lost
+                asked = requests.ask(0x04, struct.pack("<I4f", number, *values))
                 if k % 7 == 0:
                     requests.send(asked)
                     requests.send(asked[:9] + bytes([asked[9] ^ 4]) + asked[10:], answered=False)

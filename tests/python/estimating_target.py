@@ -71,9 +71,12 @@ class EstimatingTarget(Target):
 
     def sample(self, packet: Packet) -> bytes:
         number, position, reference, _, direct = struct.unpack("<I4f", packet.body)
-        if number != self.expected or self.state != RUNNING:
+        lost = self.lost_before(number)
+        if lost is None or self.state != RUNNING:
             return self.refused(packet, 2)
-        self.expected += 1
+        if lost:
+            self.estimator.step(math.nan, math.nan)
+        self.expected = number + 1
         self.carried_out.append(number)
         gain, limit = self.values["fixed_gain_v_m"], self.values["command_limit_v"]
         if Settings.POSITION_CONTROL in self.values["flags"]:

@@ -31,11 +31,15 @@ ehsid_status ControlLoop::configure(Configuration& configuration) {
 }
 
 void ControlLoop::start() {
+  forget_samples();
+  fall_back();
+}
+
+void ControlLoop::forget_samples() {
   // A sample that is not finite is refused, leaves the estimate alone and empties the history: c_api.h.
   constexpr float kNone = std::numeric_limits<float>::quiet_NaN();
   static_cast<void>(tracks_servo() ? ehsid_servo_step(servo_, kNone, kNone)
                                    : ehsid_step(estimator_, kNone, kNone));
-  fall_back();
 }
 
 void ControlLoop::fall_back() {

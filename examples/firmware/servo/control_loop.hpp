@@ -24,9 +24,12 @@ class ControlLoop {
   /// A new estimator and controller. Anything but EHSID_OK: those of before go on.
   ehsid_status configure(Configuration& configuration);
 
-  /// Before a first sample. The estimate is kept; the samples before are not those of t_{k-1}, so the history of the
-  /// estimator fills anew.
+  /// Before a first sample: forgets the samples of before, and goes to the fixed gain.
   void start();
+
+  /// Before a sample whose neighbour is missing. The estimate is kept; the samples before are not those of t_{k-1}, so
+  /// the history of the estimator fills anew.
+  void forget_samples();
 
   /// To the fixed gain. The estimate is kept.
   void fall_back();

@@ -64,6 +64,9 @@ constexpr std::size_t kConfigureServoBytes = 46;
 constexpr std::size_t kStartBytes = 4;
 constexpr std::size_t kSampleBytes = 20;
 
+/// A number of a sample that jumps ahead by up to so many tells of so many cycles without a sample.
+constexpr std::uint32_t kMostLost = 1000;
+
 constexpr std::size_t kBoardBytes = 12;
 constexpr std::size_t kMaxParameters = 7;
 /// The largest answer, a `result` of kMaxParameters, with kind, sequence and CRC; a `servo_result` is shorter.

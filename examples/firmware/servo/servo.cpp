@@ -144,7 +144,9 @@ Servo::Refusal Servo::configure(Request request, Bytes body) {
 
 Servo::Refusal Servo::take_sample(Bytes body) {
   Reader in(body);
-  if (in.u32() != expected_) {
+  const std::uint32_t number = in.u32();
+  const std::uint32_t lost = number - expected_;  // modulo 2^32: a number from behind is far ahead
+  if (lost > kMostLost) {
     return {Reason::order, EHSID_OK};
   }
   Sample now{};
@@ -152,11 +154,14 @@ Servo::Refusal Servo::take_sample(Bytes body) {
        {&now.position_m, &now.reference_m, &now.reference_velocity_m_s, &now.direct_v}) {
     *value = in.f32();
   }
+  if (lost > 0) {
+    loop_.forget_samples();
+  }
   const std::uint32_t before = cycles_();
   result_ = loop_.sample(now);
   step_cycles_ = cycles_() - before;
   valve_command_v_ = result_.command.volts;
-  ++expected_;
+  expected_ = number + 1;
   return {Reason::none, EHSID_OK};
 }
 

@@ -102,7 +102,18 @@ def hil_command(
         list[str] | None,
         typer.Option(help="EFFECT.PARAMETER=NUMBER in the simulated machine; again for more"),
     ] = None,
-    seed: Annotated[int, typer.Option(min=0, help="of the test signal and the noise")] = 0,
+    cycles: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="NAME=NUMBER",
+            help="cycles as a PLC has them, not for the experiment: jitter (deviation of a cycle's "
+            "time, share of the sampling time), lost and overrun (shares of the cycles); again for "
+            "more",
+        ),
+    ] = None,
+    seed: Annotated[
+        int, typer.Option(min=0, help="of the test signal, the noise and the cycles")
+    ] = 0,
     real_time: Annotated[
         bool, typer.Option("--real-time", help="at the sampling time, not as fast as it goes")
     ] = False,
@@ -131,6 +142,7 @@ def hil_command(
     from ehsid.harness.signals.simulation import parse_settings
     from ehsid.harness.signals.simulation.settings import SignalOptions
 
+    from ..cycles import CycleOptions
     from ..page import UNFINISHED, copy_samples, file_names
     from ..plan import WATCHDOG_MS, LoopRun
     from ..result_file import Provenance
@@ -141,6 +153,10 @@ def hil_command(
     began = time.monotonic()
     if not 0.0 < dt < math.inf:
         raise ValueError(f"--dt {dt:g}: expected a finite number of seconds > 0")
+    if cycles and loop is HilLoop.experiment:
+        raise ValueError(
+            "--cycles: the cycles of the experiment are regular; expected --loop open or position"
+        )
     rig = published_rig() if rig_file is None else read_rig(rig_file)
     chosen = None
     if servo:
@@ -162,6 +178,7 @@ def hil_command(
             retune,
             parse_settings(effect or []),
             WATCHDOG_MS + (round(2000.0 * dt) if real_time else 0),
+            CycleOptions.parse(cycles) if cycles else None,
         ),
         chosen,
     )

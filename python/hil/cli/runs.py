@@ -172,7 +172,8 @@ def run_all(
         for folder, plan in plans.items():
             estimator, servo = plan.configuration.estimator, plan.configuration.servo
             orders = estimator.orders if servo is None else None
-            with Recording(out / folder, OUTPUTS_OF[plan.rig.plant], orders) as recording:
+            measured = OUTPUTS_OF[plan.rig.plant]
+            with Recording(out / folder, measured, orders, plan.cycles) as recording:
                 try:
                     run = run_plan(
                         plan,

@@ -306,6 +306,9 @@ CASES = (
     option("no such firmware", "ehsid hil --qemu servo.elf --out out", "servo.elf"),
     option("a rig of another plant", f"{HIL} --actual axis.toml --out out", "--actual", '"axis"'),
     option("a sampling time of NaN", f"{HIL} --dt nan --out out", "--dt", "expected"),
+    option("cycles that there are not", f"{HIL} --loop open --cycles late=1 --out out", "overrun"),
+    option("most cycles lost", f"{HIL} --loop open --cycles lost=0.6 --out out", "0 to 0.5"),
+    option("cycles of the experiment", f"{HIL} --cycles lost=0.1 --out out", "open or position"),
     option("a speed of 0 baud", f"{HIL} --baud 0 --out out", "--baud"),
     option(
         "a verdict that there is not",

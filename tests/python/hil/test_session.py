@@ -26,7 +26,7 @@ from ehsid.hil import session as session_module
 from ehsid.hil.answers import Done, Result
 from ehsid.hil.faults import FAULTS, TO_HOST, TO_TARGET, Passing, Relay, fault, relayed, undisturbed
 from ehsid.hil.frames import HilError, TargetReset, encode
-from ehsid.hil.messages import Resume, Sample
+from ehsid.hil.messages import MOST_LOST, Resume, Sample
 from ehsid.hil.session import Session
 from ehsid.hil.transport import Line, open_line
 
@@ -412,6 +412,20 @@ def test_refusals_in_words(bench: Bench) -> None:
         session.configure(configuration())
     session.stop()
     assert bench.target.carried_out == []
+
+
+def test_a_firmware_that_knows_no_lost_cycles_is_named(bench: Bench) -> None:
+    session = bench.session()
+    session.hello()
+    session.configure(configuration())
+    session.start(first=5)
+    bench.target.most_lost = 0
+    with pytest.raises(HilError, match=r"sample 5 and knows no lost cycles; bring its firmware to"):
+        session.exchange(sample(6))
+    bench.target.most_lost = MOST_LOST
+    with pytest.raises(HilError, match=r"it waits for sample 5; numbers are consecutive"):
+        session.exchange(sample(5 + MOST_LOST + 1))
+    assert session.exchange(sample(5 + MOST_LOST)).number == 5 + MOST_LOST
 
 
 def test_settings_that_the_target_refuses(bench: Bench, monkeypatch: pytest.MonkeyPatch) -> None:

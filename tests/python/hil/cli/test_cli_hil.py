@@ -74,6 +74,7 @@ def test_a_run_and_its_files(relay: Relay, tmp_path: Path) -> None:
 def test_a_run_of_a_servo_and_its_files(relay: Relay, tmp_path: Path) -> None:
     out = tmp_path / "hil"
     arguments = ("--port", relay.port, *SHORT, "--servo", "--setting", "drift=0.05")
+    arguments += ("--cycles", "jitter=0.2", "--cycles", "lost=0.1", "--cycles", "overrun=0.1")
     code, said, errors = ended(*arguments, "--json", "--out", str(out))
     assert code == 0, errors
     check_file(out / "hil.json")
@@ -91,6 +92,19 @@ def test_a_run_of_a_servo_and_its_files(relay: Relay, tmp_path: Path) -> None:
     assert "every reason why they are not trusted" in page
     assert "ServoEstimator, 0.02 s, delay 1, drift 0.05, tolerance 0.1" in page
     assert "K 0.0" in errors  # while it runs
+    cycles, row = run["cycles"], read_csv(out / "estimates.csv")
+    lost, late = (sum(int(one[name]) for one in row) for name in ("cycles_lost", "overrun"))
+    assert (cycles["cycles_lost"], cycles["cycles_overrun"]) == (lost, late)
+    assert lost > 0 < late
+    assert cycles["cycles"] == run["samples"] + lost == 100
+    assert 0.016 <= cycles["shortest_s"] < cycles["longest_s"] <= 0.024
+    assert f"of 100 cycles {lost} were lost and the command of {late} came late" in page
+    assert "Cycles: servo" in page
+
+
+def read_csv(path: Path) -> list[dict[str, str]]:
+    with path.open(newline="") as file:
+        return list(csv.DictReader(file))
 
 
 @pytest.mark.thorough
@@ -161,6 +175,9 @@ def test_the_experiment_has_a_folder_for_each_factor(relay: Relay, tmp_path: Pat
         ((*SERVO, "--setting", "delay=1.5"), "delay 1.5: expected a whole number of samples"),
         ((*SERVO, "--setting", "tolerance=-1"), "tolerance"),
         (("--port", "loop://", "--setting", "drift=0.1"), "a setting of f-ratio forgetting"),
+        ((*SERVO, "--cycles", "lost"), "--cycles lost: expected NAME=NUMBER"),
+        ((*SERVO, "--cycles", "lost=x"), "--cycles lost=x: expected a number from 0 to 0.5"),
+        ((*SERVO, "--cycles", "lost=0.1", "--cycles", "lost=0"), "lost is given twice"),
     ],
 )
 def test_wrong_use(arguments: tuple[str, ...], says: str, tmp_path: Path) -> None:
@@ -294,8 +311,7 @@ def test_a_line_that_is_closed_in_mid_run(relay: Relay, tmp_path: Path) -> None:
     assert hung_up
     assert code == 2
     assert "the line was closed" in errors.replace("\n", " ")
-    with (tmp_path / "unfinished_1" / "record.csv").open(newline="") as file:
-        samples = len(list(csv.DictReader(file)))
+    samples = len(read_csv(tmp_path / "unfinished_1" / "record.csv"))
     assert 20 < samples < 31
     assert contents(tmp_path) == before
     assert f"holds the {samples} samples before" in errors.replace("\n", " ")
