@@ -4,6 +4,8 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -27,6 +29,7 @@ from .options import (
 from .policy_option import Lambda0, PolicyName, PolicySettings, make_policy, servo_settings
 
 if TYPE_CHECKING:
+    from ..firmware import Header
     from ..models.identification import ArxOrders, IoData
 
 
@@ -42,18 +45,33 @@ def _orders(data: IoData, given: tuple[int | None, ...], choose: bool, offset: b
     return ArxOrders(na, nb, nk, offset=offset)
 
 
-def _precision(float64: bool, c_source: bool, path: Path, others: dict[str, bool]) -> str:
-    """Returns the precision of C sources, after checks of the options that go with --c-source."""
-    if not c_source:
+# Whole estimators: the option, the endings of the two files, and the kind of text.
+WHOLE = {"--c-source": (".c", ".h"), "--st": (".st", ".xml")}
+
+
+def _whole(given: dict[str, bool], float64: bool, path: Path | None) -> tuple[str | None, Path]:
+    """Returns the option that asks for a whole estimator, if one does, and the file to write.
+
+    given: whether each option that chooses the kind of file is there.
+    """
+    from ..firmware import FILE_NAMES
+
+    chosen = [option for option, is_given in given.items() if is_given]
+    whole = next((option for option in chosen if option in WHOLE), None)
+    if whole is None:
         if float64:
-            raise ValueError("--float64 goes with --c-source; a header is float32")
-        return "float32"
-    for option, given in others.items():
-        if given:
-            raise ValueError(f"--c-source writes another file than {option}; leave one of them out")
-    if path.suffix != ".c":
-        raise ValueError(f"--out {path}: expected a name that ends in .c, e.g. servo_estimator.c")
-    return "float64" if float64 else "float32"
+            raise ValueError("--float64 goes with --c-source or --st; a header is float32")
+        return None, path or Path(FILE_NAMES[given["--c"]])
+    for option in chosen:
+        if option != whole:
+            raise ValueError(f"{whole} writes another file than {option}; leave one of them out")
+    ending, _ = WHOLE[whole]
+    file = path or Path(f"servo_estimator{ending}")
+    if file.suffix != ending:
+        raise ValueError(
+            f"--out {file}: expected a name that ends in {ending}, e.g. servo_estimator{ending}"
+        )
+    return whole, file
 
 
 def export_command(
@@ -106,14 +124,22 @@ def export_command(
         bool,
         typer.Option("--c-source", help="the whole estimator in C99, a .c with its .h beside it"),
     ] = False,
+    st: Annotated[
+        bool,
+        typer.Option(
+            "--st",
+            help="the whole estimator as a function block for a PLC, in Structured Text, with "
+            "PLCopen XML beside it",
+        ),
+    ] = False,
     float64: Annotated[
-        bool, typer.Option("--float64", help="with --c-source: in double precision")
+        bool, typer.Option("--float64", help="with --c-source or --st: in double precision")
     ] = False,
     out: Annotated[
         Path | None,
         typer.Option(
             help="file to write; default servo_configuration.hpp, .h with --c, servo_estimator.c "
-            "with --c-source",
+            "with --c-source, .st with --st",
             show_default=False,
         ),
     ] = None,
@@ -123,9 +149,10 @@ def export_command(
     Example: ehsid export rec.csv --na 3 --nb 3 --nk 1 --out servo_configuration.hpp
     Example: ehsid export rec.csv --servo --out servo_configuration.hpp
     Example: ehsid export rec.csv --c-source --out servo_estimator.c
+    Example: ehsid export rec.csv --st --out servo_estimator.st
     """
     from ..firmware import (
-        FILE_NAMES,
+        block_of_record,
         check_name,
         header_of_record,
         servo_header_of_record,
@@ -133,8 +160,8 @@ def export_command(
     )
 
     check_name(name)
-    path = out or Path("servo_estimator.c" if c_source else FILE_NAMES[c])
-    dtype = _precision(float64, c_source, path, {"--servo": servo, "--c": c})
+    kinds = {"--servo": servo, "--c": c, "--c-source": c_source, "--st": st}
+    whole, path = _whole(kinds, float64, out)
     if servo:
         chosen = servo_settings(
             setting,
@@ -164,9 +191,13 @@ def export_command(
     if inflation is not None and not 1.0 <= inflation < math.inf:
         raise ValueError(f"--inflation {inflation:g}: expected a finite number of at least 1")
     policy = make_policy(forgetting, lambda0, setting)
-    kinds = {"stem": path.stem, "dtype": dtype} if c_source else {"c": c}
-    make = sources_of_record if c_source else header_of_record
-    beside = [path.with_suffix(".h").name] if c_source else []
+    dtype = "float64" if float64 else "float32"
+    make: Callable[..., Header] = partial(header_of_record, c=c)
+    if whole == "--c-source":
+        make = partial(sources_of_record, stem=path.stem, dtype=dtype)
+    elif whole == "--st":
+        make = partial(block_of_record, dtype=dtype)
+    beside = [] if whole is None else [path.with_suffix(WHOLE[whole][1]).name]
     with result_files(path, "export", beside, inputs=[record]) as folder:
         data, _ = read_io(record, input_name, output_name, hints_of(maps, sampling_time))
         with about(record):
@@ -179,11 +210,10 @@ def export_command(
                 inflation=inflation,
                 reset=reset,
                 name=name,
-                **kinds,
             )
         write_text(folder / path.name, header.text)
-        for declarations in beside:
-            write_text(folder / declarations, header.declarations)
+        for other in beside:
+            write_text(folder / other, header.beside)
     Console().print(f"{path}: {header.summary}", soft_wrap=True)
     if not header.converges:
         given = Given(record, input_name, output_name, maps or (), sampling_time)

@@ -18,6 +18,7 @@ from .header import (
 from .of_record import (
     FILE_NAMES,
     Header,
+    block_of_record,
     chosen_orders,
     header_of_record,
     sources_of_record,
@@ -40,6 +41,7 @@ __all__ = [
     "ServoHeader",
     "ServoSettings",
     "Sources",
+    "block_of_record",
     "check_name",
     "chosen_orders",
     "configure_from_record",

@@ -18,8 +18,7 @@ from .configuration import EstimatorConfiguration
 from .header import policy_members, upper_triangle
 
 Section = Literal["VAR_INPUT", "VAR_OUTPUT", "VAR", "VAR CONSTANT"]
-Precision = Literal["float32", "float64"]
-TYPES: dict[Precision, str] = {"float32": "REAL", "float64": "LREAL"}
+TYPES = {"float32": "REAL", "float64": "LREAL"}
 
 
 @dataclass(frozen=True)
@@ -74,20 +73,21 @@ SECTIONS: dict[Section, str] = {
 class BlockNumbers:
     """Constants and initial values of the block, each rounded once to its type."""
 
-    def __init__(self, configuration: EstimatorConfiguration, precision: Precision) -> None:
+    def __init__(self, configuration: EstimatorConfiguration, dtype: str) -> None:
         self.of = configuration
-        self.type = TYPES[precision]
-        self.float: type[np.float32 | np.float64] = (
-            np.float32 if precision == "float32" else np.float64
-        )
+        self.dtype = dtype
+        self.type = TYPES[dtype]
+        self.float: type[np.float32 | np.float64] = np.float32 if dtype == "float32" else np.float64
         self.n = configuration.orders.n_parameters
         self.limits = np.finfo(self.float)
 
     def literal(self, value: float | np.floating) -> str:
         """The shortest decimal that is read as this number; it has a point."""
-        text = np.format_float_scientific(self.float(value), unique=True, trim="0", exp_digits=1)
-        mantissa, exponent = text.split("e")
-        return mantissa if exponent == "+0" else f"{mantissa}E{int(exponent)}"
+        number = self.float(value)
+        if number == 0 or 1e-3 <= abs(number) < 1e7:
+            return np.format_float_positional(number, unique=True, trim="0")
+        text = np.format_float_scientific(number, unique=True, trim="0", exp_digits=1)
+        return text.replace("e+", "E").replace("e", "E")
 
     def typed(self, value: float) -> str:
         """The number with its type, so that no expression becomes wider."""
@@ -129,7 +129,7 @@ class BlockNumbers:
         yield Variable("VAR_INPUT", "restart", "BOOL", "lambda and P begin anew behind this sample")
         yield Variable("VAR_INPUT", "cycle_lost", "BOOL", "the cycle before was lost or late")
         yield Variable("VAR_OUTPUT", "status", "INT", "see the top of this file", 0, ("1",))
-        start = self.of.estimator()
+        start = self.of.estimator(self.dtype)
         yield self._list("VAR_OUTPUT", "theta", names, self.n, start.theta_hat)
         yield self._list(
             "VAR_OUTPUT",

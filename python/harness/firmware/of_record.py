@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Makes the whole text of a firmware header, or of C sources, of a record."""
+"""Makes the whole text of a firmware header, of C sources or of a function block, of a record."""
 
 from __future__ import annotations
 
@@ -14,6 +14,7 @@ from ..models.identification import ArxOrders, IoData, identify
 from .configuration import Export, configure_from_record
 from .header import GoldenTrace, check_name, liveliest, render_c_header, render_header
 from .source import render_sources
+from .structured_text import function_block
 
 # Names of the file where nothing else is asked for, by whether it is C.
 FILE_NAMES = {False: "servo_configuration.hpp", True: "servo_configuration.h"}
@@ -31,8 +32,8 @@ class Header:
     """What its self-test covers, in words."""
     converges: bool
     """Whether the estimator reports that it has converged at the end of the record."""
-    declarations: str = ""
-    """Content of the header that belongs to a C source."""
+    beside: str = ""
+    """Content of the file beside it: the header of a C source, the XML of a function block."""
 
     @property
     def orders(self) -> ArxOrders:
@@ -147,7 +148,48 @@ def sources_of_record(
     )
     tested = f"{dtype}, self-test over {trace.command.size} samples"
     converges = _converges(export, data, dtype)
-    return Header(made.source, export, tested, converges, declarations=made.header)
+    return Header(made.source, export, tested, converges, made.header)
+
+
+def block_of_record(
+    source: Path,
+    data: IoData,
+    orders: ArxOrders,
+    *,
+    forgetting: ehsid.Forgetting,
+    inflation: float | None = None,
+    reset: bool = True,
+    name: str = "servo",
+    dtype: str = "float32",
+) -> Header:
+    """The same as `header_of_record`, as a function block in Structured Text and PLCopen XML.
+
+    Parameters
+    ----------
+    source, data, orders, forgetting, inflation, reset
+        as in `header_of_record`.
+    name
+        name of the block, without its suffix `_estimator`.
+    dtype
+        float32 for REAL, float64 for LREAL.
+
+    Raises
+    ------
+    ValueError
+        the name or a setting cannot be used, or the record does not determine the model.
+    """
+    export = configure_from_record(
+        data, orders, forgetting=forgetting, inflation=inflation, reset=reset
+    )
+    block = function_block(
+        export.configuration,
+        name=name,
+        dtype=dtype,
+        dt_s=data.dt_s,
+        provenance=_provenance(source, data, export),
+    )
+    tested = f"{block.variables[0].type}, no self-test"
+    return Header(block.text, export, tested, _converges(export, data, dtype), block.xml)
 
 
 def _converges(export: Export, data: IoData, dtype: str = "float32") -> bool:

@@ -16,7 +16,7 @@ from xml.sax.saxutils import escape
 
 import ehsid
 
-from .block_variables import SECTIONS, XHTML, BlockNumbers, Precision, Section, Variable
+from .block_variables import SECTIONS, XHTML, BlockNumbers, Section, Variable
 from .configuration import EstimatorConfiguration
 from .header import template
 
@@ -48,7 +48,9 @@ class FunctionBlock:
     @property
     def text(self) -> str:
         """The block as a file of Structured Text."""
-        lines = ["(*", *(f"  {line}".rstrip() for line in self.head), "*)"]
+        # A name of a file must not end the comment.
+        head = (f"  {line}".rstrip().replace("*)", "* )") for line in self.head)
+        lines = ["(*", *head, "*)"]
         lines.append(f"FUNCTION_BLOCK {self.name}")
         for section in SECTIONS:
             lines += [section, *(each.declaration for each in self._of(section)), "END_VAR"]
@@ -92,7 +94,7 @@ def function_block(
     configuration: EstimatorConfiguration,
     *,
     name: str = "servo",
-    precision: Precision = "float32",
+    dtype: str = "float32",
     dt_s: float | None = None,
     provenance: Sequence[str] = (),
 ) -> FunctionBlock:
@@ -102,7 +104,7 @@ def function_block(
     ----------
     name
         name of the block, without its suffix `_estimator`.
-    precision
+    dtype
         float32 for REAL, float64 for LREAL.
     dt_s
         sampling time of the record, s, which the cycle of the task must have.
@@ -119,8 +121,8 @@ def function_block(
             f"the name {name!r} cannot be used in Structured Text; expected a letter, then "
             "letters, digits and single underscores, and no word of the language, e.g. servo"
         )
-    configuration.estimator()  # raises ValueError for settings out of range
-    numbers = BlockNumbers(configuration, precision)
+    configuration.estimator(dtype)  # raises ValueError for settings out of range
+    numbers = BlockNumbers(configuration, dtype)
     orders, policy = configuration.orders, configuration.forgetting.info
     n = orders.n_parameters
     # From None on the estimator never resets.
@@ -147,7 +149,7 @@ def function_block(
         f"Written by `ehsid export`, ehsid {ehsid.__version__}; do not edit, export again.",
         "Online estimator of an ARX model of a servo: recursive least squares on UD factors,",
         f"Eqs. (12) to (14) of Ghazali et al. (2011). {orders}; parameters {parameters}.",
-        f"Forgetting: {policy.source}.{cycle}",
+        f"Forgetting: {configuration.forgetting!r}.{cycle}",
         *provenance,
         "",
         "Call it once a cycle with the command sent at this cycle and the position measured at it.",

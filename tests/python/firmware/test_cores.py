@@ -32,8 +32,8 @@ def test_every_core_has_the_bits_of_the_host(tmp_path: Path) -> None:
     )
     (tmp_path / "servo.c").write_text(made.text, encoding="utf-8")
     # The programs of the cores include the header by this name.
-    (tmp_path / "servo_estimator.h").write_text(made.declarations, encoding="utf-8")
-    (tmp_path / "servo.h").write_text(made.declarations, encoding="utf-8")
+    (tmp_path / "servo_estimator.h").write_text(made.beside, encoding="utf-8")
+    (tmp_path / "servo.h").write_text(made.beside, encoding="utf-8")
     said = subprocess.run(
         [sys.executable, RUN, tmp_path / "servo.c", "--json"],
         capture_output=True,
