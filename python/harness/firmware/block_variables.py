@@ -84,7 +84,7 @@ class BlockNumbers:
     def literal(self, value: float | np.floating) -> str:
         """The shortest decimal that is read as this number; it has a point."""
         number = self.float(value)
-        if number == 0 or 1e-3 <= abs(number) < 1e7:
+        if number == 0.0 or 1e-3 <= abs(float(number)) < 1e7:
             return np.format_float_positional(number, unique=True, trim="0")
         text = np.format_float_scientific(number, unique=True, trim="0", exp_digits=1)
         return text.replace("e+", "E").replace("e", "E")
