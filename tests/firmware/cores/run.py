@@ -142,4 +142,7 @@ def main(source: Path, as_json: bool) -> None:
 
 
 if __name__ == "__main__":
-    main(Path(sys.argv[1]), "--json" in sys.argv)
+    files = [Path(word) for word in sys.argv[1:] if word != "--json"]
+    if len(files) != 1 or not files[0].is_file():
+        sys.exit("expected one file: a servo_estimator.c of ehsid export --c-source")
+    main(files[0], "--json" in sys.argv)
