@@ -80,9 +80,17 @@ class Answer:
     """Expected loss."""
 
 
-def least_loss(posterior: Posterior) -> Answer:
-    """Returns the answer with the least expected loss under the probabilities."""
-    return min(_answers(posterior), key=lambda answer: answer.loss)
+def least_loss(posterior: Posterior, least_sound: float = 0.0) -> Answer:
+    """Returns the answer with the least expected loss under the probabilities.
+
+    least_sound: probability of no missing effect below which that is no answer.
+    """
+    answers = [
+        answer
+        for answer in _answers(posterior)
+        if answer.kind != "healthy" or posterior.healthy.probability >= least_sound
+    ]
+    return min(answers, key=lambda answer: answer.loss)
 
 
 def _answers(posterior: Posterior) -> Iterator[Answer]:
@@ -175,11 +183,14 @@ def with_inside(
 ) -> Selection:
     """Returns the selection with evidence, nats, for a cause inside of a user's simulator.
 
+    Where a cause outside is likely and effects cannot be tried, "nothing is missing" can lose least
+    although it is hardly possible; below `TOLD` it is no answer.
+
     unnamed: whether effects that the simulator cannot be given could look like those of the best
     set. Beside a cause outside none is then named.
     """
     probabilities = with_outside(selection.posterior, evidence)
-    answer = least_loss(probabilities)
+    answer = least_loss(probabilities, TOLD)
     if answer.kind == "outside" and unnamed:
         answer = Answer("outside", (), answer.loss)
     named = [each.candidate for each in answer.named]

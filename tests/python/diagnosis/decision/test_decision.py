@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from made_candidates import candidate
 
 from ehsid.harness.diagnosis import deciding
-from ehsid.harness.diagnosis.decision.effect_selection import least_loss
+from ehsid.harness.diagnosis.decision.effect_selection import TOLD, least_loss
 from ehsid.harness.diagnosis.decision.posterior import Hypothesis, Posterior
 
 SETS = (
@@ -159,3 +159,15 @@ def test_two_laws_of_friction_are_no_ambiguity() -> None:
     assert answer.kind == "effects"
     assert [each.candidate.effects for each in answer.named] == [("stribeck_friction",)]
     assert answer.loss == pytest.approx(0.0, abs=1e-12)
+
+
+def test_no_missing_effect_is_no_answer_where_it_is_hardly_possible() -> None:
+    """It loses least beside one set and a cause outside that are both likely, at 1 % for itself."""
+    lag, nothing = (
+        Hypothesis(FITTED[effects], 0.0, 0.0, share)
+        for effects, share in ((("sensor_lag",), 0.61), ((), 0.01))
+    )
+    found = Posterior((lag, nothing), 0.38)
+    assert least_loss(found).kind == "healthy"
+    assert least_loss(found, TOLD).kind == "outside"
+    assert least_loss(certain(healthy=0.9, sensor_lag=0.1), TOLD).kind == "healthy"
