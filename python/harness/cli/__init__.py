@@ -45,7 +45,11 @@ VERBS = (
     ),
     Verb("apply", "Write valve tables, friction and loop gains of a machine for its controller."),
     Verb("simulate", "Simulate a rig on a logged command or on a test signal."),
-    Verb("rig new", "Write a rig file from what is known of a machine, and fill in the rest."),
+    Verb(
+        "rig new",
+        "Write a rig file from what is known of a machine, and fill in the rest.",
+        ManyValues,
+    ),
     Verb(
         "rig check",
         "Say what of a rig fits records, and which value to change, before anything is fitted.",

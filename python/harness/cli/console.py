@@ -233,7 +233,7 @@ def check_ending(out: Path) -> None:
         ) from None
 
 
-MANY = ("--validate", "--exclude-effect", "--features")
+MANY = ("--validate", "--exclude-effect", "--features", "--curves")
 
 
 class ManyValues(TyperCommand):

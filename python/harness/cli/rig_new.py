@@ -17,6 +17,7 @@ from .console import Console, print_blocks, refuse
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    from ..rigs.curves import Bench
     from ..rigs.quantities import Quantity
     from ..rigs.rig_file import Entry
 
@@ -143,6 +144,38 @@ def _of_one_edge(
         )
 
 
+def _bench(curves: Sequence[Path], given: dict[str, str | None], over: DropOver | None) -> Bench:
+    """Reads test curves of the valve; puts the rated flow that they tell among what is given.
+
+    Raises
+    ------
+    ValueError
+        a curve cannot be used, or the rated flow is given twice.
+    """
+    from ..rigs.curves import bench_of, read_curve
+    from ..rigs.quantities import rated_command, rated_drop, read_quantity, tank_pressure
+
+    def known(name: str, usual: str, si: str, typical: float) -> float:
+        text = given[name]
+        return typical if text is None else read_quantity(text, f"--{name}", usual, si).value
+
+    rated = known("rated-command", "V", "command", rated_command().value)
+    drop = known("rated-drop", "bar", "Pa", rated_drop().value)
+    if over is DropOver.both:
+        drop *= 0.5
+    tank = known("tank", "bar", "Pa", tank_pressure().value)
+    supply = known("supply", "bar", "Pa", 2.0 * drop + tank)
+    bench = bench_of([read_curve(path, rated) for path in curves], drop, supply - tank)
+    if bench.rated_flow is not None:
+        if given["rated-flow"] is not None:
+            raise ValueError(
+                f"--rated-flow {given['rated-flow']}: the curve of the flow tells "
+                f"{bench.rated_flow}: expected one of them; leave out the option, or the curve"
+            )
+        given["rated-flow"] = bench.rated_flow
+    return bench
+
+
 def _print(entries: Sequence[Entry], out: Path, console: Console) -> None:
     from ..show.page import Table
 
@@ -237,6 +270,13 @@ def rig_new_command(
     force_gain: Annotated[str | None, _option("force-gain")] = None,
     position_noise: Annotated[str | None, _option("position-noise")] = None,
     pressure_noise: Annotated[str | None, _option("pressure-noise")] = None,
+    curves: Annotated[
+        list[Path] | None,
+        typer.Option(
+            help="test curves of the valve, ISO 10770-1: flow, load pressure at blocked ports, "
+            "leakage, each over the signal"
+        ),
+    ] = None,
     simulator: Annotated[
         str | None,
         typer.Option(help="your own simulator instead: model.fmu, or FILE.py:NAME; never run"),
@@ -252,6 +292,8 @@ def rig_new_command(
     --rated-flow "38 l/min" --mass "120 kg" --out rig.toml
 
     ehsid rig new --simulator model.fmu --stroke "300 mm" --out rig.toml
+
+    ehsid rig new --curves flow_gain.csv pressure_gain.csv leakage.csv --out rig.toml
     """
     console = Console()
     given = {
@@ -278,13 +320,18 @@ def rig_new_command(
         "position-noise": position_noise,
         "pressure-noise": pressure_noise,
     }
+    if curves and (simulator is not None or plant is PlantKind.axis):
+        raise ValueError(
+            "--curves: expected a plant ehs, whose valve they describe; leave them out"
+        )
     if simulator is not None:
         _of_simulator(simulator, out, name, given, console)
         return
-    with result_files(out, "rig-new") as folder:
+    with result_files(out, "rig-new", inputs=curves or []) as folder:
         from ..rigs.new import axis_entries, ehs_entries
         from ..rigs.questions import check_pairs, rig_file_text
 
+        bench = _bench(curves, given, drop_over) if curves else None
         known, asked = _known(plant, given, console)
         assumed = [
             f"{quantity.text} for --{one}" for one, quantity in known.items() if quantity.assumed
@@ -300,5 +347,9 @@ def rig_new_command(
                 hoses = hoses or _yes("Do hoses connect valve and cylinder?", console)
             check_pairs(known)
             entries = ehs_entries(known, double_rod=double_rod, hoses=hoses)
+        if bench is not None:
+            entries += bench.entries
+            for note in bench.notes:
+                console.print(f"curves: {note}", soft_wrap=True)
         write_text(folder / out.name, rig_file_text(name or out.stem, plant.value, entries))
     _print(entries, out, console)

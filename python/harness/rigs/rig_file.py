@@ -332,7 +332,9 @@ def commented_text(name: str, plant: str, entries: Sequence[Entry]) -> str:
 
 def _place(key: str) -> tuple[int, str]:
     """Order of the sections in the file."""
-    order = ("cylinder", "load", "valve", "supply", "fluid", "axis", "effects", "sensors")
+    order = (
+        *("cylinder", "load", "valve", "supply", "fluid", "axis", "effects", "nuisance", "sensors"),
+    )
     section = key.rpartition(".")[0]
     return order.index(section.split(".")[0]), section
 

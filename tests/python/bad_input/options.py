@@ -228,6 +228,9 @@ CASES = (
         "no FMU",
     ),
     option("no such plant", f"{NEW} --bore '63 mm' --plant pump", "--plant", "axis"),
+    option("curves of no valve", f"{NEW} --bore '63 mm' --curves record.csv", "no test of a valve"),
+    option("two machines for a controller", "ehsid apply rig.toml rig.toml", "a second one"),
+    option("a loop faster than fast", "ehsid apply rig.toml --speed 2", "--speed 2", "1, fast"),
     option("no record to check", "ehsid rig check rig.toml", "RECORD"),
     option("a sampling time of 0 for a check", f"{CHECK} --dt 0", "--dt", "above 0"),
     option(
