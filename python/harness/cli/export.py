@@ -45,8 +45,8 @@ def _orders(data: IoData, given: tuple[int | None, ...], choose: bool, offset: b
     return ArxOrders(na, nb, nk, offset=offset)
 
 
-# Whole estimators: the option, the endings of the two files, and the kind of text.
-WHOLE = {"--c-source": (".c", ".h"), "--st": (".st", ".xml")}
+# Whole estimators: the option, the ending of the file, and that of the file beside it.
+WHOLE = {"--c-source": (".c", ".h"), "--st": (".st", ".xml"), "--fmu": (".fmu",)}
 
 
 def _whole(given: dict[str, bool], float64: bool, path: Path | None) -> tuple[str | None, Path]:
@@ -60,16 +60,17 @@ def _whole(given: dict[str, bool], float64: bool, path: Path | None) -> tuple[st
     whole = next((option for option in chosen if option in WHOLE), None)
     if whole is None:
         if float64:
-            raise ValueError("--float64 goes with --c-source or --st; a header is float32")
+            raise ValueError("--float64 goes with --c-source, --st or --fmu; a header is float32")
         return None, path or Path(FILE_NAMES[given["--c"]])
     for option in chosen:
         if option != whole:
             raise ValueError(f"{whole} writes another file than {option}; leave one of them out")
-    ending, _ = WHOLE[whole]
+    ending = WHOLE[whole][0]
     file = path or Path(f"servo_estimator{ending}")
     if file.suffix != ending:
+        named = "--fmu" if whole == "--fmu" else "--out"
         raise ValueError(
-            f"--out {file}: expected a name that ends in {ending}, e.g. servo_estimator{ending}"
+            f"{named} {file}: expected a name that ends in {ending}, e.g. servo_estimator{ending}"
         )
     return whole, file
 
@@ -132,8 +133,22 @@ def export_command(
             "PLCopen XML beside it",
         ),
     ] = False,
+    fmu: Annotated[
+        Path | None,
+        typer.Option(
+            help="the whole estimator as an FMU for co-simulation, with its sources; in place of "
+            "--out",
+            show_default=False,
+        ),
+    ] = None,
+    fmi: Annotated[
+        int | None,
+        typer.Option(
+            min=2, max=3, help="with --fmu: version of FMI; default 2", show_default=False
+        ),
+    ] = None,
     float64: Annotated[
-        bool, typer.Option("--float64", help="with --c-source or --st: in double precision")
+        bool, typer.Option("--float64", help="with --c-source, --st or --fmu: in double precision")
     ] = False,
     out: Annotated[
         Path | None,
@@ -150,8 +165,10 @@ def export_command(
     Example: ehsid export rec.csv --servo --out servo_configuration.hpp
     Example: ehsid export rec.csv --c-source --out servo_estimator.c
     Example: ehsid export rec.csv --st --out servo_estimator.st
+    Example: ehsid export rec.csv --fmu estimator.fmu --fmi 3
     """
     from ..firmware import (
+        STEM,
         block_of_record,
         check_name,
         header_of_record,
@@ -160,8 +177,12 @@ def export_command(
     )
 
     check_name(name)
+    if fmi is not None and fmu is None:
+        raise ValueError("--fmi goes with --fmu; give the name of the FMU with it")
     kinds = {"--servo": servo, "--c": c, "--c-source": c_source, "--st": st}
-    whole, path = _whole(kinds, float64, out)
+    if fmu is not None:
+        kinds |= {"--fmu": True, "--out": out is not None}
+    whole, path = _whole(kinds, float64, fmu or out)
     if servo:
         chosen = servo_settings(
             setting,
@@ -193,11 +214,12 @@ def export_command(
     policy = make_policy(forgetting, lambda0, setting)
     dtype = "float64" if float64 else "float32"
     make: Callable[..., Header] = partial(header_of_record, c=c)
-    if whole == "--c-source":
-        make = partial(sources_of_record, stem=path.stem, dtype=dtype)
+    if whole in ("--c-source", "--fmu"):
+        stem = path.stem if whole == "--c-source" else STEM
+        make = partial(sources_of_record, stem=stem, dtype=dtype)
     elif whole == "--st":
         make = partial(block_of_record, dtype=dtype)
-    beside = [] if whole is None else [path.with_suffix(WHOLE[whole][1]).name]
+    beside = [path.with_suffix(ending).name for ending in WHOLE.get(whole or "", ())[1:]]
     with result_files(path, "export", beside, inputs=[record]) as folder:
         data, _ = read_io(record, input_name, output_name, hints_of(maps, sampling_time))
         with about(record):
@@ -211,10 +233,15 @@ def export_command(
                 reset=reset,
                 name=name,
             )
-        write_text(folder / path.name, header.text)
+        summary = header.summary
+        if whole == "--fmu":
+            held = header.write_fmu(folder / path.name, name, fmi or 2, dtype, data.dt_s)
+            summary = f"{summary}; {held}"
+        else:
+            write_text(folder / path.name, header.text)
         for other in beside:
             write_text(folder / other, header.beside)
-    Console().print(f"{path}: {header.summary}", soft_wrap=True)
+    Console().print(f"{path}: {summary}", soft_wrap=True)
     if not header.converges:
         given = Given(record, input_name, output_name, maps or (), sampling_time)
         following = estimate_line(given, header.orders)

@@ -7,6 +7,7 @@
 """
 
 from .configuration import EstimatorConfiguration, Export, Seed, configure_from_record
+from .fmu import STEM, fmu_files, write_fmu
 from .header import (
     GoldenTrace,
     check_name,
@@ -33,6 +34,7 @@ from .source import Sources, render_sources
 
 __all__ = [
     "FILE_NAMES",
+    "STEM",
     "EstimatorConfiguration",
     "Export",
     "GoldenTrace",
@@ -46,6 +48,7 @@ __all__ = [
     "chosen_orders",
     "configure_from_record",
     "float32_literal",
+    "fmu_files",
     "header_of_record",
     "liveliest",
     "render_c_header",
@@ -54,4 +57,5 @@ __all__ = [
     "render_sources",
     "servo_header_of_record",
     "sources_of_record",
+    "write_fmu",
 ]

@@ -12,8 +12,9 @@ import ehsid
 from ..base.exchange import sha256_of
 from ..models.identification import ArxOrders, IoData, identify
 from .configuration import Export, configure_from_record
+from .fmu import fmu_files, write_fmu
 from .header import GoldenTrace, check_name, liveliest, render_c_header, render_header
-from .source import render_sources
+from .source import Sources, render_sources
 from .structured_text import function_block
 
 # Names of the file where nothing else is asked for, by whether it is C.
@@ -48,6 +49,15 @@ class Header:
             f"{self.export.model.n_rows} equations that count for {self.export.counts_for:.0f} "
             f"samples; {self.tested}"
         )
+
+    def write_fmu(self, path: Path, name: str, fmi: int, dtype: str, dt_s: float | None) -> str:
+        """Writes C sources with the stem STEM as an FMU, and returns what it holds, in words."""
+        sources = Sources(self.beside, self.text)
+        configuration = self.export.configuration
+        files = fmu_files(configuration, sources, name=name, fmi=fmi, dtype=dtype, dt_s=dt_s)
+        compiled = write_fmu(path, files, name=name, fmi=fmi)
+        only = "sources only: no C compiler for Linux is here"
+        return f"FMI {fmi}.0, {'sources and a library for Linux' if compiled else only}"
 
 
 def chosen_orders(data: IoData, *, offset: bool = True) -> ArxOrders:

@@ -149,8 +149,10 @@ def render_sources(
         "X": name.upper(),
         "stem": check_stem(stem),
         "version": ehsid.__version__,
-        # Each line stands in a block comment and must not end it.
-        "provenance": [comment(line).replace("*/", "*_") for line in provenance],
+        # Each line stands in a block comment and must not end it, nor seem to begin another.
+        "provenance": [
+            comment(line).replace("*/", "*_").replace("/*", "/_") for line in provenance
+        ],
         "dt_s": dt_s,
         "dtype": dtype,
         "samples": list(zip(trace.command, trace.position, trace.innovation, strict=True)),

@@ -114,6 +114,7 @@ CASES = (
         "300 letters",
         "at most 31",
     ),
+    option("a version of FMI without an FMU", "ehsid export record.csv --fmi 3", "--fmu"),
     option("C sources named as a header", "ehsid export record.csv --c-source --out a.h", ".c"),
     option(
         "orders given and to be chosen", "ehsid export record.csv --na 2 --identify", "--identify"
