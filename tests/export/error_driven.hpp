@@ -87,13 +87,13 @@ inline ehsid::Status configure(Estimator& estimator) {
   options.convergence.tolerance = 0x1.99999ap-4F;  // 0.1
   options.convergence.magnitude = 0x1.99999ap-4F;  // 0.1
   options.convergence.hold = 10;
-  options.variance0.setConstant(0x1.e848p+19F);  // 1e+06
+  options.variance0 = Estimator::Parameters::Constant(Estimator::kN, 0x1.e848p+19F);  // 1e+06
   options.input_limit = 0x1.f4p+9F;  // 1000
   const ehsid::Status status = estimator.configure(options);
   if (status != ehsid::Status::ok) {
     return status;
   }
-  return estimator.seed(ehsid::as_vector(kTheta0), kFactors0, kNoiseVariance);
+  return estimator.seed(ehsid::to_vector<Estimator::kN>(Estimator::kN, kTheta0), kFactors0, kNoiseVariance);
 }
 
 /// A sample of the golden trace: command and position in their units, and the innovation after it.

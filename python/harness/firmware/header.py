@@ -192,7 +192,8 @@ def _settings(configuration: EstimatorConfiguration) -> list[str]:
     convergence = ("tolerance", "magnitude", "hold")
     lines += _fields("options.convergence", configuration.convergence, convergence)
     variance = configuration.variance0
-    lines.append(f"options.variance0.setConstant({float32_literal(variance)});  // {variance:.6g}")
+    vague = f"Estimator::Parameters::Constant(Estimator::kN, {float32_literal(variance)})"
+    lines.append(f"options.variance0 = {vague};  // {variance:.6g}")
     lines.append(_set("options.input_limit", configuration.input_limit))
     return lines
 

@@ -109,7 +109,7 @@ def read_back(text: str) -> EstimatorConfiguration:
             u[i, j] = next(above)
     one = {
         name: number(found[1])
-        for name in ("kNoiseVariance = ", "setConstant(", "input_limit = ")
+        for name in ("kNoiseVariance = ", "Constant(Estimator::kN, ", "input_limit = ")
         if (found := re.search(re.escape(name) + r"([^;)]+F)", text))
     }
     theta = np.array(array(text, "kTheta0"))
@@ -123,7 +123,7 @@ def read_back(text: str) -> EstimatorConfiguration:
         rls=ehsid.RlsOptions(**given_options["rls"]),
         reset=None if never else ehsid.RmseResetOptions(**given_options["reset"]),  # type: ignore[arg-type]
         convergence=ehsid.ConvergenceOptions(**given_options["convergence"]),  # type: ignore[arg-type]
-        variance0=one["setConstant("],
+        variance0=one["Constant(Estimator::kN, "],
         input_limit=one["input_limit = "],
         seed=Seed(theta, u, np.array(factors[:n]), variance),
     )
