@@ -39,9 +39,11 @@ from ehsid.harness.signals.simulation import (
     simulate_closed_loop,
     suggested_controller,
 )
+from ehsid.harness.signals.simulation.run import OUTPUTS, prepare
 
 BENCH = Path(__file__).parents[1] / "examples" / "rigs" / "bench.toml"
 SEED, DT_S, SAMPLES = 20261126, 1e-3, 8000
+POSITION, VELOCITY = OUTPUTS.index("position_m"), OUTPUTS.index("velocity_m_s")
 # Of what the rig file tells, relative 1-sigma, in which the machine differs from it.
 TOLD = {
     "valve.rated_flow_m3_s": 0.05,
@@ -175,6 +177,34 @@ def error_mm(run: ClosedLoopRun) -> FloatArray:
     return np.asarray(1e3 * (run.reference_m - run.run.record.column("position_m")))
 
 
+def placed_mm(number: int, folder: Path) -> float:
+    """Returns the error of the pole placement, rms in mm; NaN where it is refused.
+
+    Velocity and acceleration are without noise, the position has that of its sensor.
+    """
+    rig, machine = drawn(number)
+    made = design([folder])
+    gains = made.placed
+    if gains is None or made.servo is None:
+        return float("nan")
+    # With a pole of 1 and no error it turns a velocity into a command.
+    tables = replace(made.controller(), gain_v_m=1.0, feed_forward_v_s_m=1.0)
+    wanted = reference(rig)
+    speed = np.append(np.diff(wanted), 0.0) / DT_S
+    plant = prepare(machine, dt_s=DT_S, position0_m=float(wanted[0])).plant(quantised=False)
+    noise = draw_noise(rig, SAMPLES, np.random.default_rng([SEED, number, 2]))[:, POSITION]
+    error, before = np.empty(SAMPLES), 0.0
+    for k in range(SAMPLES):
+        now = plant.read()
+        position, velocity = float(now[POSITION]), float(now[VELOCITY])
+        error[k] = wanted[k] - position - noise[k]
+        volts = gains.position * error[k] + gains.feed_forward * speed[k]
+        volts -= gains.velocity * velocity + gains.acceleration * (velocity - before) / DT_S
+        before = velocity
+        plant.advance(tables.step(0.0, 0.0, 0.0, made.servo.gain.value * volts, DT_S)[0])
+    return float(1e3 * np.sqrt(np.mean(error[500:] ** 2)))
+
+
 def compared(number: int, folder: Path) -> dict[str, object]:
     """Returns the tracking errors, rms in mm, before and after; or why there is no controller."""
     row: dict[str, object] = {"machine": number, "truth": list(drawn(number)[1].effects()[1:])}
@@ -185,7 +215,7 @@ def compared(number: int, folder: Path) -> dict[str, object]:
     for name, run in runs.items():
         row[name] = float(np.sqrt(np.mean(error_mm(run)[500:] ** 2)))
         row[f"{name}_volts"] = float(np.std(np.diff(run.run.record.column("command_v"))))
-    return row
+    return row | {"placed": placed_mm(number, folder)}
 
 
 if __name__ == "__main__":

@@ -6,6 +6,7 @@ from pathlib import Path
 
 from ehsid.harness.base.encoding import json_schema
 from ehsid.harness.base.files import write_text
+from ehsid.harness.commissioning import Commissioning
 from ehsid.harness.diagnosis import schema
 from ehsid.harness.fitness import RigCheckFile
 from ehsid.harness.fleet import Fleet
@@ -16,6 +17,7 @@ from ehsid.lab.calibration.checking import Calibration
 from ehsid.lab.scoring.score import ScoreFile
 
 SCHEMAS = {
+    "apply.json": json_schema(Commissioning, "apply.json of ehsid apply"),
     "calibration.json": json_schema(Calibration, "calibration.json of ehsid gap-calibrate"),
     "diagnosis.json": schema.json_schema(),
     "estimates.json": json_schema(Estimates, "estimates.json of ehsid estimate on a folder"),

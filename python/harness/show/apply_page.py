@@ -107,7 +107,7 @@ def apply_page(design: Design) -> Page:
                 "Valve",
                 f"opens at {100.0 * valve.extending.edge.value:+.2f} % and "
                 f"{100.0 * valve.retracting.edge.value:+.2f} %",
-                "of the rated command; the inverse goes over this in one step",
+                "of the rated command; the inverse jumps from one to the other",
             )
         )
     if gains is not None:

@@ -12,6 +12,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from published_schemas import check_file
 from sources import ROOT
 from typer.testing import CliRunner
 
@@ -71,6 +72,7 @@ def test_files_can_be_read_by_others_and_agree(rig_file: Path, tmp_path: Path) -
     out = tmp_path / "out"
     code, shown = run(rig_file, "--name", "press", "--out", out)
     assert code == 0, shown
+    check_file(out / "apply.json")
     told = json.loads((out / "apply.json").read_text("utf-8"))
     constants = {one["name"]: one["value"] for one in told["constants"]}
     assert all(one["unit"] and one["source"] for one in told["constants"])
