@@ -101,8 +101,8 @@ void packets() {
 
 void samples() {
   Host host = test::running();
-  say("a number that is not the next one", "sample(7) in place of sample(0)", host,
-      host.sample(7, 0.0F));
+  say("a number that is too far ahead", "sample(1001) in place of sample(0)", host,
+      host.sample(1001, 0.0F));
   Host stopped = test::running();
   stopped.stop();
   say("a sample behind a stop", "sample(0)", stopped, stopped.sample(0, 0.0F));

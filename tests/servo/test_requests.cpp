@@ -115,7 +115,7 @@ TEST(Requests, LengthsOffByOneChangeNothing) {
 
 TEST(Requests, SamplesOutOfOrder) {
   Host host = running({}, 0xFFFFFFFFU);
-  for (const std::uint32_t wrong : {0U, 0xFFFFFFFEU, 12345U}) {
+  for (const std::uint32_t wrong : {0xFFFFFFFEU, 12345U, 1000U}) {  // behind, or too far ahead
     const Heard refused = host.sample(wrong, 0.0F);
     expect_refused(host, refused, Reason::order);
     EXPECT_EQ(expected_of(refused), 0xFFFFFFFFU);
@@ -123,6 +123,15 @@ TEST(Requests, SamplesOutOfOrder) {
   EXPECT_EQ(host.sample(0xFFFFFFFFU, 0.0F).kind, 0x84);
   expect_refused(host, host.sample(0xFFFFFFFFU, 0.0F), Reason::order);  // asked anew, not again
   EXPECT_EQ(host.sample(0, 0.0F).kind, 0x84);                           // the number wraps
+}
+
+TEST(Requests, LostCycles) {
+  Host host = running({}, 0xFFFFFFFFU);
+  EXPECT_EQ(host.sample(999, 0.0F).kind, 0x84);  // 1000 cycles were lost
+  const Heard refused = host.sample(999, 0.0F);
+  expect_refused(host, refused, Reason::order);
+  EXPECT_EQ(expected_of(refused), 1000U);
+  EXPECT_EQ(host.sample(1000, 0.0F).kind, 0x84);
 }
 
 TEST(Requests, SurvivesWhateverComes) {
