@@ -178,11 +178,13 @@ def test_misra_deviations_are_those_of_the_page(tmp_path: Path) -> None:
 
 
 @pytest.mark.thorough
-@pytest.mark.parametrize("policy", POLICIES, ids=repr)
-def test_no_use_touches_memory_beyond_the_state(policy: ehsid.Forgetting, tmp_path: Path) -> None:
+@pytest.mark.parametrize("place", [1, 2, 3, 5])
+def test_no_use_touches_memory_beyond_the_state(place: int, tmp_path: Path) -> None:
     if shutil.which("frama-c") is None:
         pytest.skip("no frama-c")
-    write_sources(EstimatorConfiguration(ArxOrders(1, 1, 1), forgetting=policy, **GOLDEN), tmp_path)
+    orders = ArxOrders(2, 1, 1)  # smaller ones do not reach all loops
+    configuration = EstimatorConfiguration(orders, forgetting=POLICIES[place], **GOLDEN)
+    write_sources(configuration, tmp_path)
     uses = shutil.copy(ROOT / "tests" / "export" / "any_use.c", tmp_path)
     command = [
         "frama-c",
