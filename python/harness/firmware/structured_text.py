@@ -85,6 +85,39 @@ class FunctionBlock:
         return (each for each in self.variables if each.section == section)
 
 
+LOOP = re.compile(r"( *)FOR (\w+) := (\d+) TO (\d+)(?: BY -1)? DO(?: (.*) END_FOR;)?")
+
+
+def _without_single_passes(body: str) -> str:
+    """Writes a loop of one pass as its statements.
+
+    MatIEC, the compiler of Beremiz and OpenPLC, passes over a loop that ends where it begins
+    (seen with its version of October 2024). For the same reason no loop of the template begins or
+    ends at a variable.
+    """
+    lines: list[str] = []
+    single: list[bool] = []
+    for line in body.splitlines():
+        found = LOOP.fullmatch(line)
+        away = 2 * sum(single)
+        if found:
+            indent, name, first, last, inner = found.groups()
+            is_single = first == last
+            if is_single:
+                lines.append(f"{indent[away:]}{name} := {first};")
+                lines += [f"{indent[away:]}{inner}"] if inner else []
+            else:
+                lines.append(line[away:])
+            if not inner:
+                single.append(is_single)
+        elif line.strip() == "END_FOR;":
+            if not single.pop():
+                lines.append(line[2 * sum(single) :])
+        else:
+            lines.append(line[away:] if line.strip() else line)
+    return "\n".join(lines)
+
+
 def _kept(text: str) -> str:
     """Text whose spaces and lines stay as they are."""
     return f'<xhtml xmlns="{XHTML}" xml:space="preserve">{escape(text)}</xhtml>'
@@ -158,4 +191,6 @@ def function_block(
         "changed and P begins anew, 5 not a number, 6 not plausible, 7 result beyond all numbers.",
         "From 5 on the estimate stays as it was.",
     )
-    return FunctionBlock(f"{name}_estimator", tuple(numbers.variables()), body, head)
+    return FunctionBlock(
+        f"{name}_estimator", tuple(numbers.variables()), _without_single_passes(body), head
+    )

@@ -163,6 +163,15 @@ def test_the_xml_has_the_same_block(exported: EstimatorConfiguration) -> None:
     assert "cycle of 5 ms" in block.text
 
 
+@pytest.mark.parametrize(("forgetting", "orders"), CASES, ids=repr)
+def test_no_loop_ends_where_it_begins(forgetting: ehsid.Forgetting, orders: ArxOrders) -> None:
+    """MatIEC would pass over it; a loop to a variable could be one."""
+    block = function_block(EstimatorConfiguration(orders, forgetting=forgetting))
+    loops = re.findall(r"FOR \w+ := (\S+) TO (\S+)", block.body)
+    assert loops
+    assert all(int(first) != int(last) for first, last in loops)
+
+
 @pytest.mark.parametrize("name", ["step", "Left", "2nd", "a__b", "lift-1", ""])
 def test_a_name_that_the_language_does_not_allow(
     exported: EstimatorConfiguration, name: str
