@@ -44,7 +44,7 @@ BODY_LIMIT = 64 * 1024  # bytes of any other request; no page sends one with a b
 HTTP_PORT = 80  # which no browser names
 COOKIE_S = 30 * 24 * 3600
 # Of the folder of a session, the page may fetch results only.
-SERVED = ("check/", "model/", "gap/", "firmware/", "package/", RIG)
+SERVED = ("check/", "model/", "gap/", "apply/", "firmware/", "package/", RIG)
 KINDS = {
     ".html": "text/html",
     ".png": "image/png",

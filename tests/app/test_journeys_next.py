@@ -11,6 +11,7 @@ from typing import Any
 import pytest
 from app_diagnosed import diagnosed_session
 from app_sessions import BENCH
+from playwright.sync_api import expect
 
 from ehsid.workbench.session import Session
 
@@ -110,3 +111,16 @@ def test_next_stays_closed_without_a_diagnosis(page: Any, served: Any) -> None:
     page.get_by_role("heading", name="Gap", level=1).wait_for()
     assert page.get_by_role("button", name="7 Next").is_disabled()
     see(page, "Next opens when this step holds: it was not run yet.")
+
+
+def test_the_controller_gets_tables_and_gains_from_calm_to_fast(
+    page: Any, session: Session
+) -> None:
+    calm = page.get_by_role("row", name=re.compile("^P ")).inner_text()
+    handle = page.locator(".noUi-handle").first
+    handle.focus()
+    handle.press("ArrowRight")
+    expect(page.get_by_role("row", name=re.compile("^P "))).not_to_have_text(calm)
+    press(page, "Make the files for the controller")
+    assert downloaded(page, "apply_twincat.st").startswith(b"// Made by ehsid")
+    assert (session.folder / "apply" / "apply.html").is_file()

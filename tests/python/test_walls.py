@@ -162,7 +162,15 @@ GUESTS: dict[str, set[str]] = {
     },
     "lab": {"cli"},
     "workbench": {
-        *("cli", "diagnosis", "diagnosis/data", "diagnosis/tables", "firmware", "fitness"),
+        *(
+            "cli",
+            "commissioning",
+            "diagnosis",
+            "diagnosis/data",
+            "diagnosis/tables",
+            "firmware",
+            "fitness",
+        ),
         *("fleet", "hil", "models/estimation", "models/identification", "records", "rigs"),
         *("show", "signals/excitation", "signals/simulation"),
     },

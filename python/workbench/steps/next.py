@@ -40,6 +40,7 @@ from ..downsampling import make_pyramid, opened
 from ..plots import Line, Panel, stacked
 from ..session import Session
 from ..so_far import ERROR, TIME, SoFar, key, latest
+from .controller import ControllerPart
 from .identification import HeaderPart
 from .rig import rig_changes_html
 from .step import StepView, progress
@@ -104,6 +105,7 @@ class NextStep(StepView):
         self._adopt.on_click(page.told(self._use))
         self._begin = self.button("Begin a new machine with it")
         self._begin.on_click(page.told(self._new_machine))
+        self._controller = ControllerPart(self)
         self._header = HeaderPart(self)
         self._pack = self.button("Pack everything into one archive")
         self._pack.on_click(page.told(lambda event: self.workbench.pack(self.session)))
@@ -115,6 +117,7 @@ class NextStep(StepView):
             self._rig,
             pn.FlexBox(self._adopt, self._begin),
             self._adopted,
+            self._controller.layout,
             self._header.layout,
             self._files,
             pn.Row(self._pack),
@@ -145,6 +148,7 @@ class NextStep(StepView):
         if stamp != self._shown:
             self._shown = stamp
             self._show(read_diagnosis_file(self.session.folder / "gap" / "diagnosis.json"))
+            self._controller.refresh()
         self._header.refresh()
         self._show_package()
 
