@@ -11,6 +11,7 @@ import pytest
 from user_simulators import FOLDER, needs_linux64
 
 import ehsid
+from ehsid.harness.catalogue.parameters import effects
 from ehsid.harness.diagnosis import diagnose
 from ehsid.harness.diagnosis.decision.inside import (
     Inside,
@@ -20,6 +21,7 @@ from ehsid.harness.diagnosis.decision.inside import (
     stands_for,
     uncarried_odds,
 )
+from ehsid.harness.diagnosis.model.scale import effect_starts, machine_scale
 from ehsid.harness.diagnosis.options import DiagnosisOptions
 from ehsid.harness.diagnosis.schema import Estimate
 from ehsid.harness.records import read_record
@@ -140,6 +142,20 @@ def test_a_value_that_moves_far_is_evidence_where_its_effects_cannot_be_tried() 
     assert evidence_of([second]) == 0.0
     assert moved_furthest(ports, moved) == []
     assert uncarried_odds(portless) > 3.0 * uncarried_odds(ports) > 0.0
+
+
+def test_fits_start_at_sizes_of_either_sign() -> None:
+    """Around a user's simulator; a size that cannot be negative keeps its starts."""
+    rig = read_rig(FOLDER / "rig.toml")
+    ours = effects()["sensor_nonlinearity"].starts(machine_scale(rig))
+    theirs = effect_starts("sensor_nonlinearity", rig)
+    assert [(start["amplitude_m"], start["period_m"]) for start in theirs] == [
+        (sign * start["amplitude_m"], start["period_m"]) for sign in (1.0, -1.0) for start in ours
+    ]
+    assert len(effect_starts("valve_null_bias", rig)) == 2
+    for effect in ("coulomb_friction", "transport_delay"):
+        starts = effect_starts(effect, rig)
+        assert starts == effects()[effect].starts(machine_scale(rig))
 
 
 def test_where_a_cause_lies_that_cannot_be_tried() -> None:

@@ -58,6 +58,16 @@ def machine_scale(rig: Rig) -> ehsid.MachineScale:
 def effect_starts(effect: str, rig: Rig) -> list[dict[str, float]]:
     """Returns the sizes of an effect at which its fits start, by the parameters' own names.
 
-    There are none for an effect that the record shows without a fit, such as quantisation.
+    There are none for an effect that the record shows without a fit, such as quantisation. Around a
+    user's simulator there is one of either sign: derivatives by differences do not lead a fit
+    through the size zero, where the other sizes of the effect have no influence.
     """
-    return effects()[effect].starts(machine_scale(rig))
+    info = effects()[effect]
+    starts = info.starts(machine_scale(rig))
+    first = info.parameters[0]
+    if rig.simulator is None or first.minimum != -first.maximum:
+        return starts
+    signs = {math.copysign(1.0, start[first.name]) for start in starts}
+    if len(signs) > 1:
+        return starts
+    return starts + [start | {first.name: -start[first.name]} for start in starts]
