@@ -100,7 +100,8 @@ def _read(path: Path) -> Known:
             "gap --out` or `ehsid estimate --out`, or a rig file; name one"
         )
     note = "The sizes and their uncertainty are those of the rig file: no record was compared."
-    return Known(path.stem, path.name, _rig(path), notes=(note,))
+    rig = _rig(path)
+    return Known(rig.name, path.name, rig, notes=(note,))
 
 
 def _rig(path: Path) -> Rig:
@@ -136,7 +137,7 @@ def _of_diagnosis(path: Path) -> Known:
         )
     if rig.tables:
         notes.append("A law without a name, which the diagnosis found, is not made up for.")
-    return Known(path.absolute().parent.name, path.name, rig, found, notes=tuple(notes))
+    return Known(rig.name, path.name, rig, found, notes=tuple(notes))
 
 
 def _disputed(file: DiagnosisFile) -> list[str]:
