@@ -29,7 +29,8 @@ from ehsid.hil.comparison import compare
 from ehsid.hil.cycles import CycleOptions
 from ehsid.hil.faults import relayed
 from ehsid.hil.plan import LoopRun, with_servo
-from ehsid.hil.run import Recording, run_plan
+from ehsid.hil.recording import Recording
+from ehsid.hil.run import run_plan
 from ehsid.hil.session import Session
 from ehsid.hil.transport import Line, open_line
 

@@ -25,7 +25,8 @@ from ehsid.hil.cycles import CycleOptions
 from ehsid.hil.emulator import emulated
 from ehsid.hil.page import control_figure, cycles_figure, estimates_figure, servo_figure
 from ehsid.hil.plan import Plan, position_plan
-from ehsid.hil.run import Recording, RunResult, run_plan
+from ehsid.hil.recording import Recording
+from ehsid.hil.run import RunResult, run_plan
 from ehsid.hil.session import Session
 from ehsid.hil.transport import open_line
 from ehsid.lab.studies.on_target import FACTORS, experiment_plans

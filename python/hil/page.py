@@ -28,8 +28,9 @@ from ehsid.harness.show.units import percent
 from .answers import Identity
 from .comparison import Agreement, rmse
 from .cycles import Cycles
+from .recording import ESTIMATES, RECORD
 from .result_file import HilFile, Provenance, Runs, hil_file
-from .run import ESTIMATES, RECORD, RunResult
+from .run import RunResult
 
 
 def _time(run: RunResult) -> FloatArray:

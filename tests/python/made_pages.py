@@ -37,7 +37,8 @@ from ehsid.hil.faults import relayed
 from ehsid.hil.frames import encode
 from ehsid.hil.page import hil_page
 from ehsid.hil.plan import Plan, open_plan
-from ehsid.hil.run import Recording, run_plan
+from ehsid.hil.recording import Recording
+from ehsid.hil.run import run_plan
 from ehsid.hil.session import Session
 from ehsid.hil.transport import open_line
 from ehsid.lab.calibration.checking import LEAST_MACHINES, calibrate

@@ -35,7 +35,8 @@ from ehsid.hil.faults import TO_TARGET, Passing, Relay, relayed
 from ehsid.hil.frames import BadFrame, decode
 from ehsid.hil.messages import Kind
 from ehsid.hil.plan import Plan, position_plan
-from ehsid.hil.run import MOST_RESTARTS, RECORD, Recording, run_plan
+from ehsid.hil.recording import RECORD, Recording
+from ehsid.hil.run import MOST_RESTARTS, run_plan
 from ehsid.hil.session import Session
 from ehsid.hil.transport import open_line
 

@@ -28,8 +28,9 @@ from ..emulator import emulated
 from ..frames import HilError
 from ..page import REPORTS, lead, write_reports
 from ..plan import LoopRun, Plan, offered_loop, with_machine, with_servo
+from ..recording import Recording
 from ..result_file import HilFile, Provenance, Run, Runs
-from ..run import Recording, run_plan
+from ..run import run_plan
 from ..session import Counters, Session
 
 LINE_EVERY_S = 10.0

@@ -199,7 +199,7 @@ def python(settings: LiveSettings) -> str:
             "from pathlib import Path",
             "from ehsid.workbench.live.settings import LiveSettings, read_settings",
             "from ehsid.hil.emulator import emulated",
-            "from ehsid.hil.run import Recording",
+            "from ehsid.hil.recording import Recording",
             "from ehsid.hil.run import run_plan",
             "from ehsid.hil.session import Session",
             "from ehsid.hil.transport import open_line",

@@ -29,7 +29,7 @@ from ehsid.harness.firmware.configuration import EstimatorConfiguration
 from ehsid.hil.answers import Result, SampleAnswer
 from ehsid.hil.configuration import Snapshot, taken
 from ehsid.hil.plan import Plan
-from ehsid.hil.run import Recording
+from ehsid.hil.recording import Recording
 from ehsid.hil.session import Counters
 from ehsid.hil.transport import Line
 

@@ -31,7 +31,8 @@ from ehsid.hil.faults import relayed
 from ehsid.hil.frames import HilError
 from ehsid.hil.messages import MOST_LOST, Sample
 from ehsid.hil.plan import LoopRun, Plan, with_servo
-from ehsid.hil.run import Recording, RunResult, run_plan
+from ehsid.hil.recording import Recording
+from ehsid.hil.run import RunResult, run_plan
 from ehsid.hil.session import Session
 from ehsid.hil.transport import Line, open_line
 

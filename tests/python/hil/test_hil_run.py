@@ -27,7 +27,8 @@ from ehsid.hil.frames import HilError, decode
 from ehsid.hil.messages import Kind
 from ehsid.hil.page import lead
 from ehsid.hil.plan import Plan, position_plan
-from ehsid.hil.run import ESTIMATES, MOST_RESTARTS, RECORD, Recording, RunResult, run_plan
+from ehsid.hil.recording import ESTIMATES, RECORD, Recording
+from ehsid.hil.run import MOST_RESTARTS, RunResult, run_plan
 from ehsid.hil.session import Session
 from ehsid.hil.transport import Line, open_line
 from ehsid.lab.studies.on_target import experiment_plans

@@ -27,7 +27,8 @@ from ehsid.hil.faults import Relay, relayed
 from ehsid.hil.frames import HilError
 from ehsid.hil.messages import Stopped
 from ehsid.hil.plan import LoopRun, Plan, with_machine
-from ehsid.hil.run import RECORD, Recording, RunResult, run_plan
+from ehsid.hil.recording import RECORD, Recording
+from ehsid.hil.run import RunResult, run_plan
 from ehsid.hil.session import Session
 from ehsid.hil.transport import Line, open_line
 
