@@ -4,8 +4,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
-from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -29,7 +27,7 @@ from .options import (
 from .policy_option import Lambda0, PolicyName, PolicySettings, make_policy, servo_settings
 
 if TYPE_CHECKING:
-    from ..firmware import Header
+    from ..firmware.of_record import Whole
     from ..models.identification import ArxOrders, IoData
 
 
@@ -169,11 +167,9 @@ def export_command(
     """
     from ..firmware import (
         STEM,
-        block_of_record,
         check_name,
         header_of_record,
         servo_header_of_record,
-        sources_of_record,
     )
 
     check_name(name)
@@ -213,18 +209,15 @@ def export_command(
         raise ValueError(f"--inflation {inflation:g}: expected a finite number of at least 1")
     policy = make_policy(forgetting, lambda0, setting)
     dtype = "float64" if float64 else "float32"
-    make: Callable[..., Header] = partial(header_of_record, c=c)
-    if whole in ("--c-source", "--fmu"):
-        stem = path.stem if whole == "--c-source" else STEM
-        make = partial(sources_of_record, stem=stem, dtype=dtype)
-    elif whole == "--st":
-        make = partial(block_of_record, dtype=dtype)
+    form: Whole | None = None
+    if whole is not None:
+        form = "st" if whole == "--st" else "c"
     beside = [path.with_suffix(ending).name for ending in WHOLE.get(whole or "", ())[1:]]
     with result_files(path, "export", beside, inputs=[record]) as folder:
         data, _ = read_io(record, input_name, output_name, hints_of(maps, sampling_time))
         with about(record):
             orders = _orders(data, (na, nb, nk), choose, offset)
-            header = make(
+            header = header_of_record(
                 record,
                 data,
                 orders,
@@ -232,6 +225,10 @@ def export_command(
                 inflation=inflation,
                 reset=reset,
                 name=name,
+                c=c,
+                whole=form,
+                stem=path.stem if whole == "--c-source" else STEM,
+                dtype=dtype,
             )
         summary = header.summary
         if whole == "--fmu":

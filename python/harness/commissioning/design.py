@@ -240,25 +240,30 @@ def _add_valve(result: Commissioning, valve: Valve) -> None:
     if valve.limit is not None:
         add("saturation", valve.limit, "1", "largest opening", VALVE)
     for one, way in ((valve.extending, "extending"), (valve.retracting, "retracting")):
-        columns = {
+        characteristic = {
             "command": one.command,
             "opening": one.opening,
             "opening_low": one.opening_low,
             "opening_high": one.opening_high,
         }
-        text = f"opening over command, {way}, with the band of 90 %"
-        plain = {name: column.tolist() for name, column in columns.items()}
-        result.tables.append(Table(f"valve_{way}", plain, text, VALVE))
-        columns = {
+        inverse = {
             "opening": one.inverse_opening,
             "command": one.safe_command,
             "command_exact": one.inverse_command,
             "command_low": one.inverse_low,
             "command_high": one.inverse_high,
         }
-        text = f"command for an opening, {way}: the exact inverse less the margin of its edge"
-        plain = {name: column.tolist() for name, column in columns.items()}
-        result.tables.append(Table(f"inverse_{way}", plain, text, INVERSE))
+        for kind, columns, text, of in (
+            ("valve", characteristic, "opening over command, {}, with the band of 90 %", VALVE),
+            (
+                "inverse",
+                inverse,
+                "command for an opening, {}: the exact inverse less the margin of its edge",
+                INVERSE,
+            ),
+        ):
+            plain = {name: column.tolist() for name, column in columns.items()}
+            result.tables.append(Table(f"{kind}_{way}", plain, text.format(way), of))
     result.notes.extend(valve.notes())
 
 

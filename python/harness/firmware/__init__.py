@@ -19,10 +19,8 @@ from .header import (
 from .of_record import (
     FILE_NAMES,
     Header,
-    block_of_record,
     chosen_orders,
     header_of_record,
-    sources_of_record,
 )
 from .servo import (
     ServoHeader,
@@ -43,7 +41,6 @@ __all__ = [
     "ServoHeader",
     "ServoSettings",
     "Sources",
-    "block_of_record",
     "check_name",
     "chosen_orders",
     "configure_from_record",
@@ -56,6 +53,5 @@ __all__ = [
     "render_servo_header",
     "render_sources",
     "servo_header_of_record",
-    "sources_of_record",
     "write_fmu",
 ]

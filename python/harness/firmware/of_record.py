@@ -6,6 +6,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Literal
 
 import ehsid
 
@@ -19,6 +20,9 @@ from .structured_text import function_block
 
 # Names of the file where nothing else is asked for, by whether it is C.
 FILE_NAMES = {False: "servo_configuration.hpp", True: "servo_configuration.h"}
+
+
+Whole = Literal["c", "st"]
 
 
 @dataclass(frozen=True)
@@ -75,67 +79,31 @@ def header_of_record(
     reset: bool = True,
     name: str = "servo",
     c: bool = False,
+    whole: Whole | None = None,
+    stem: str = "servo_estimator",
+    dtype: str = "float32",
 ) -> Header:
-    """Identifies a model of a record and returns the header that starts an estimator from it.
+    """Identifies a model of a record and returns the text that starts an estimator from it.
 
     Parameters
     ----------
     source
-        file of the record; the header names it without its folder.
+        file of the record; the text names it without its folder.
     data
         input and output of the record.
     orders, forgetting, inflation, reset
         as in `configure_from_record`.
     name
-        namespace in C++, prefix in C.
+        namespace in C++, prefix in C, name of the function block without its suffix `_estimator`.
     c
-        whether to write C99, for ehsid/c_api.h; it has no self-test.
-
-    Raises
-    ------
-    ValueError
-        the name or a setting cannot be used, or the record does not determine the model.
-    """
-    check_name(name)
-    export = configure_from_record(
-        data, orders, forgetting=forgetting, inflation=inflation, reset=reset
-    )
-    provenance = _provenance(source, data, export)
-    converges = _converges(export, data)
-    if c:
-        text = render_c_header(
-            export.configuration, name=name, dt_s=data.dt_s, provenance=provenance
-        )
-        return Header(text, export, "no self-test", converges)
-    trace = GoldenTrace.of(export.configuration, *liveliest(data))
-    text = render_header(
-        export.configuration, trace, name=name, dt_s=data.dt_s, provenance=provenance
-    )
-    return Header(text, export, f"self-test over {trace.command.size} samples", converges)
-
-
-def sources_of_record(
-    source: Path,
-    data: IoData,
-    orders: ArxOrders,
-    *,
-    forgetting: ehsid.Forgetting,
-    inflation: float | None = None,
-    reset: bool = True,
-    name: str = "servo",
-    stem: str = "servo_estimator",
-    dtype: str = "float32",
-) -> Header:
-    """The same as `header_of_record`, as C99 sources that hold the whole estimator.
-
-    Parameters
-    ----------
-    source, data, orders, forgetting, inflation, reset, name
-        as in `header_of_record`.
+        whether to write a header in C99, for ehsid/c_api.h; it has no self-test.
+    whole
+        the whole estimator in place of a header: "c" for C99 sources, "st" for a function block in
+        Structured Text and PLCopen XML.
     stem
-        name of the files without .c and .h.
+        name of C sources without .c and .h.
     dtype
-        float32 or float64.
+        float32 or float64, of the whole estimator; a header is float32.
 
     Raises
     ------
@@ -146,63 +114,35 @@ def sources_of_record(
     export = configure_from_record(
         data, orders, forgetting=forgetting, inflation=inflation, reset=reset
     )
-    trace = GoldenTrace.of(export.configuration, *liveliest(data), dtype)
+    configuration, converges = export.configuration, _converges(export, data, dtype)
+    provenance = _provenance(source, data, export)
+    if whole == "st":
+        block = function_block(
+            configuration, name=name, dtype=dtype, dt_s=data.dt_s, provenance=provenance
+        )
+        tested = f"{block.variables[0].type}, no self-test"
+        return Header(block.text, export, tested, converges, block.xml)
+    if c and whole is None:
+        text = render_c_header(configuration, name=name, dt_s=data.dt_s, provenance=provenance)
+        return Header(text, export, "no self-test", converges)
+    trace = GoldenTrace.of(configuration, *liveliest(data), dtype)
+    tested = f"self-test over {trace.command.size} samples"
+    if whole is None:
+        text = render_header(configuration, trace, name=name, dt_s=data.dt_s, provenance=provenance)
+        return Header(text, export, tested, converges)
     made = render_sources(
-        export.configuration,
+        configuration,
         trace,
         name=name,
         stem=stem,
         dtype=dtype,
         dt_s=data.dt_s,
-        provenance=_provenance(source, data, export),
+        provenance=provenance,
     )
-    tested = f"{dtype}, self-test over {trace.command.size} samples"
-    converges = _converges(export, data, dtype)
-    return Header(made.source, export, tested, converges, made.header)
+    return Header(made.source, export, f"{dtype}, {tested}", converges, made.header)
 
 
-def block_of_record(
-    source: Path,
-    data: IoData,
-    orders: ArxOrders,
-    *,
-    forgetting: ehsid.Forgetting,
-    inflation: float | None = None,
-    reset: bool = True,
-    name: str = "servo",
-    dtype: str = "float32",
-) -> Header:
-    """The same as `header_of_record`, as a function block in Structured Text and PLCopen XML.
-
-    Parameters
-    ----------
-    source, data, orders, forgetting, inflation, reset
-        as in `header_of_record`.
-    name
-        name of the block, without its suffix `_estimator`.
-    dtype
-        float32 for REAL, float64 for LREAL.
-
-    Raises
-    ------
-    ValueError
-        the name or a setting cannot be used, or the record does not determine the model.
-    """
-    export = configure_from_record(
-        data, orders, forgetting=forgetting, inflation=inflation, reset=reset
-    )
-    block = function_block(
-        export.configuration,
-        name=name,
-        dtype=dtype,
-        dt_s=data.dt_s,
-        provenance=_provenance(source, data, export),
-    )
-    tested = f"{block.variables[0].type}, no self-test"
-    return Header(block.text, export, tested, _converges(export, data, dtype), block.xml)
-
-
-def _converges(export: Export, data: IoData, dtype: str = "float32") -> bool:
+def _converges(export: Export, data: IoData, dtype: str) -> bool:
     """Whether the estimator reports that it has converged after a run over the record."""
     estimator = export.configuration.estimator(dtype)
     for segment in data.segments:

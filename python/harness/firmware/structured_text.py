@@ -91,9 +91,9 @@ LOOP = re.compile(r"( *)FOR (\w+) := (\d+) TO (\d+)(?: BY -1)? DO(?: (.*) END_FO
 def _without_single_passes(body: str) -> str:
     """Writes a loop of one pass as its statements.
 
-    MatIEC, the compiler of Beremiz and OpenPLC, passes over a loop that ends where it begins
-    (seen with its version of October 2024). For the same reason no loop of the template begins or
-    ends at a variable.
+    MatIEC, the compiler of Beremiz and OpenPLC, does not run a loop whose first and last number
+    are the same (seen with its version of October 2024). For this reason no loop of the template
+    begins or ends at a variable.
     """
     lines: list[str] = []
     single: list[bool] = []

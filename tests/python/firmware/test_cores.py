@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 import ehsid
-from ehsid.harness.firmware import sources_of_record
+from ehsid.harness.firmware import header_of_record
 from ehsid.harness.models.identification import ArxOrders, IoData
 
 RUN = Path(__file__).parents[2] / "firmware" / "cores" / "run.py"
@@ -27,8 +27,13 @@ def test_every_core_has_the_bits_of_the_host(tmp_path: Path) -> None:
     for k in range(2, 600):
         y[k] = 1.6 * y[k - 1] - 0.7 * y[k - 2] + 0.1 * u[k - 1]
     data = IoData(u, y + 1e-3 * rng.normal(size=600), (slice(0, 600),), 0.005)
-    made = sources_of_record(
-        Path("record.csv"), data, ArxOrders(3, 3, 1), forgetting=ehsid.FRatio(), stem="servo"
+    made = header_of_record(
+        Path("record.csv"),
+        data,
+        ArxOrders(3, 3, 1),
+        forgetting=ehsid.FRatio(),
+        whole="c",
+        stem="servo",
     )
     (tmp_path / "servo.c").write_text(made.text, encoding="utf-8")
     # The programs of the cores include the header by this name.

@@ -165,7 +165,7 @@ def test_the_xml_has_the_same_block(exported: EstimatorConfiguration) -> None:
 
 @pytest.mark.parametrize(("forgetting", "orders"), CASES, ids=repr)
 def test_no_loop_ends_where_it_begins(forgetting: ehsid.Forgetting, orders: ArxOrders) -> None:
-    """MatIEC would pass over it; a loop to a variable could be one."""
+    """MatIEC would not run it; a loop that ends at a variable could be one."""
     block = function_block(EstimatorConfiguration(orders, forgetting=forgetting))
     loops = re.findall(r"FOR \w+ := (\S+) TO (\S+)", block.body)
     assert loops
