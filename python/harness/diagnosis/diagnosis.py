@@ -448,7 +448,7 @@ def _with_missing_laws(
     laws = missing_laws(case, search_result.calibrated, ahead, pace.within)
     if laws is None or laws.evidence < least:
         return evaluation
-    probabilities = with_law(probabilities, laws.evidence)
+    probabilities = with_law(probabilities, laws.evidence, laws.candidate.effects, laws.probability)
     answer = least_loss(probabilities)
     if answer.kind != "outside":
         return evaluation

@@ -193,11 +193,13 @@ class Candidate(msgspec.Struct, frozen=True):
 
     `standing` tells what the decision made of the set, and `why` the condition that decided: it is
     "named", the best set; "equivalent", the data cannot separate it from the best; "sufficient",
-    the calibrated rig where no effect is named; "not_needed"; "too_small", an effect is no larger
-    than in every servo, or has sizes that no servo has; "worse", its errors on held-out data are
-    larger; or "screened", only a short fit was made. `left` is the mean of ln(errors / tolerated
-    errors), `small` how far its effects fall short of sizes that are beyond doubt, and
-    `probability` that of just this set; null for a set that the decision did not weigh.
+    the calibrated rig where no effect is named; "not_sufficient", the same where the cause is
+    outside of the catalogue; "improbable", too much so to be named beside such a cause;
+    "not_needed"; "too_small", an effect is no larger than in every servo, or has sizes that no
+    servo has; "worse", its errors on held-out data are larger; or "screened", only a short fit was
+    made. `left` is the mean of ln(errors / tolerated errors), `small` how far its effects fall
+    short of sizes that are beyond doubt, and `probability` that of just this set; null for a set
+    that the decision did not weigh.
     """
 
     effects: tuple[str, ...]

@@ -26,6 +26,8 @@ STANDINGS: MappingProxyType[str | None, str] = MappingProxyType(
         "named": "named",
         "equivalent": "cannot be told apart",
         "sufficient": "sufficient",
+        "not_sufficient": "not sufficient",
+        "improbable": "too improbable",
         "not_needed": "not needed",
         "too_small": "size not counted",
         "worse": "larger errors",
@@ -85,7 +87,9 @@ def effect_set(effects: tuple[str, ...]) -> str:
 
 def chosen(candidates: Sequence[Candidate]) -> Candidate:
     """Returns the candidate that is named, or sufficient; the first one if none is."""
-    decided = (each for each in candidates if each.standing in ("named", "sufficient"))
+    decided = (
+        each for each in candidates if each.standing in ("named", "sufficient", "not_sufficient")
+    )
     return next(decided, candidates[0])
 
 
@@ -94,7 +98,7 @@ def candidate_notes(candidates: Sequence[Candidate]) -> str:
     kinds = {candidate.standing for candidate in candidates}
     named = (
         "fit without effects"
-        if "sufficient" in kinds
+        if kinds & {"sufficient", "not_sufficient"}
         else "named set"
         if "named" in kinds
         else "first set"

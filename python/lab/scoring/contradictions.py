@@ -10,14 +10,14 @@ from collections.abc import Sequence
 from ehsid.harness.catalogue.parameters import effects
 from ehsid.harness.catalogue.spellings import ParameterKey
 from ehsid.harness.diagnosis.deciding import NEAR_FLOOR
-from ehsid.harness.diagnosis.decision.effect_selection import OPEN, in_words
+from ehsid.harness.diagnosis.decision.effect_selection import OPEN, TOLD, in_words
 from ehsid.harness.diagnosis.decision.results import MUCH_REMOVED, WORSE_CALIBRATED
 from ehsid.harness.diagnosis.decision.verdict import agrees_as_configured, is_gained
 from ehsid.harness.diagnosis.schema import Candidate, DiagnosisFile
 from ehsid.harness.diagnosis.search.candidates import effect_families
 from ehsid.harness.diagnosis.search.maps import QUANTISATION
 
-CHOSEN = ("named", "sufficient")
+CHOSEN = ("named", "sufficient", "not_sufficient")
 IN_THE_SET = (*CHOSEN, "equivalent")
 
 
@@ -42,6 +42,14 @@ def contradictions(file: DiagnosisFile) -> tuple[str, ...]:
             frozenset(each.effects) for each in candidates if each.standing in CHOSEN
         ]
         == [named],
+        "no effect is called sufficient only where the cause is in the catalogue": all(
+            (each.standing == "not_sufficient") == (file.verdict == "outside_catalogue")
+            for each in candidates
+            if each.standing in CHOSEN and not each.effects
+        ),
+        "no effect is named that is less probable than one in ten": all(
+            effect.probability >= TOLD for effect in which.effects
+        ),
         "sets are marked exactly if their standing is in the set": all(
             each.in_confidence_set == (each.standing in IN_THE_SET) for each in candidates
         ),

@@ -42,6 +42,11 @@ from ..search.intervals import likelihood_gain, matters, simpler_part, too_large
 from ..search.search import SearchResult
 from .posterior import Hypothesis, Posterior, posterior, with_outside
 
+# A cause is called open where all other answers together are as probable as one in five. An answer
+# is told, and an effect is named beside a cause outside, from one in ten on.
+OPEN = 0.2
+TOLD = 0.1
+
 
 def in_words(effects: Sequence[str]) -> str:
     """Returns the ids of effects as a list in words."""
@@ -102,7 +107,8 @@ def _answers(posterior: Posterior) -> Iterator[Answer]:
     yield Answer("healthy", (), MISSED * (of_any + outside))
     alarm = FALSE_ALARM * sound
     best = posterior.hypotheses[0]
-    beside = (best,) if best.candidate.effects else ()
+    is_told = all(posterior.of_effect(effect) >= TOLD for effect in best.candidate.effects)
+    beside = (best,) if best.candidate.effects and is_told else ()
     yield Answer("outside", beside, alarm + NEEDLESS_OUTSIDE * of_any)
     for named in sets:
         others = sum(
@@ -116,12 +122,6 @@ def _answers(posterior: Posterior) -> Iterator[Answer]:
         without_truth = SET_WITHOUT_TRUTH * (of_any - inside + outside)
         further = FURTHER_MEMBER * (count - 1) * inside
         yield Answer("ambiguous", sets[:count], alarm + further + without_truth)
-
-
-# A cause is called open where all other answers together are as probable as one in five. An answer
-# is told from one in ten on.
-OPEN = 0.2
-TOLD = 0.1
 
 
 @dataclass(frozen=True, eq=False)
@@ -199,7 +199,15 @@ def with_inside(
 
 
 StandingKind = Literal[
-    "named", "equivalent", "sufficient", "not_needed", "too_small", "worse", "screened"
+    "named",
+    "equivalent",
+    "sufficient",
+    "not_sufficient",
+    "improbable",
+    "not_needed",
+    "too_small",
+    "worse",
+    "screened",
 ]
 
 
@@ -230,8 +238,11 @@ def standing(
     """
     best = selection.best
     hypothesis = selection.hypothesis(candidate)
+    is_outside = selection.answer.kind == "outside"
+    if candidate is best and best.effects:
+        return Standing("named", "")
     if candidate is best:
-        return Standing("named" if best.effects else "sufficient", "")
+        return Standing("not_sufficient" if is_outside else "sufficient", "")
     if any(candidate is other for other in search_result.screened):
         return Standing("screened", "others gained more by a short fit")
     if hypothesis is None:
@@ -242,6 +253,8 @@ def standing(
     relative = likelihood_gain(case, best, candidate).relative
     if relative > 0.0:
         return Standing("worse", f"{_how_much_worse(relative)}; {why}")
+    if is_outside and not best.effects:
+        return Standing("improbable", f"{why}, and below {100.0 * TOLD:.0f} % a name is a guess")
     return Standing(
         "not_needed",
         f"{why}: errors that are {100.0 * -math.expm1(relative):.2g} % smaller do not outweigh "

@@ -246,6 +246,10 @@ class Posterior:
     """Probability of a cause outside of the catalogue."""
     share: float = 1.0
     """Share of the tolerance with which the errors were counted, see `share_of_tolerance`."""
+    beside: frozenset[str] = frozenset()
+    beside_probability: float = 0.0
+    """Families of effects beside a law without a name, and their probability where the cause is
+    outside."""
 
     @property
     def healthy(self) -> Hypothesis:
@@ -267,15 +271,29 @@ class Posterior:
         """Probability that the machine has an effect, with all laws of friction as one."""
         family = effect_families((effect,))
         total = sum(each.probability for each in self.hypotheses if family <= each.families)
+        if family <= self.beside:
+            total += self.outside * self.beside_probability
         return min(total, 1.0)  # rounding
 
 
-def with_law(posterior: Posterior, evidence: float, constants: Constants = IN_USE) -> Posterior:
+def with_law(
+    posterior: Posterior,
+    evidence: float,
+    effects: Sequence[str] = (),
+    share: float = 1.0,
+    constants: Constants = IN_USE,
+) -> Posterior:
     """Returns the probabilities after a law without a name was found.
 
     A cause outside of the catalogue is as probable as such a law is beside the rig without effects,
-    or as it was before, whichever is more. evidence: of the law against that rig, nats, its prior
-    cost included.
+    or as it was before, whichever is more.
+
+    Parameters
+    ----------
+    evidence
+        of the law against that rig, nats, its prior cost included.
+    effects, share
+        effects beside the law, and the probability of these beside a law, 0 to 1.
     """
     law = posterior.healthy.probability * math.exp(min(evidence, MOST_EVIDENCE))
     others = 1.0 - posterior.outside
@@ -286,6 +304,8 @@ def with_law(posterior: Posterior, evidence: float, constants: Constants = IN_US
         tuple(replace(each, probability=rest * each.probability) for each in posterior.hypotheses),
         outside,
         posterior.share,
+        effect_families(effects),
+        share,
     )
 
 

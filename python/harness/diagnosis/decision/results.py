@@ -254,6 +254,8 @@ def ranked_candidates(
 # The fitted values are called worse than those of the rig file where the gap on held-out data is
 # larger by a twentieth: the same tolerance by which sets of effects are told apart.
 WORSE_CALIBRATED = 1.05
+# One output is called worse where its gap is larger by half, and by more than the noise floor.
+WORSE_OUTPUT = 1.5
 # A set that is not named is spoken of where it would remove a quarter of the gap.
 MUCH_REMOVED = 0.25
 
@@ -264,6 +266,7 @@ def caveats(
     """Returns the sentences that apply, in the order in which a reader meets the matter."""
     return (
         *_worse_calibration(selection.best, reduction),
+        *_worse_outputs(reduction),
         *_cause_not_excluded(selection),
         *_unnamed_candidates(case, search_result, selection),
         *_values_at_bounds(case, selection.best),
@@ -286,6 +289,23 @@ def _worse_calibration(best: FittedCandidate, reduction: HowFar) -> list[str]:
         f"gap is {percent(calibrated)} in place of {percent(nominal)}. Values are fitted to some "
         f"data and judged by others; {why}."
     ]
+
+
+def _worse_outputs(reduction: HowFar) -> list[str]:
+    """Says which outputs the last simulation shows clearly worse than the rig as configured.
+
+    Better values for some outputs at the cost of another one stand in for a cause that is missing.
+    """
+    sentences = []
+    for name, gaps in reduction.gaps.items():
+        more = gaps.augmented - gaps.nominal
+        if gaps.augmented > WORSE_OUTPUT * gaps.nominal and more > reduction.noise_floor[1]:
+            sentences.append(
+                f"{name} gets worse: its gap on held-out data is {percent(gaps.augmented)} in "
+                f"place of {percent(gaps.nominal)} with the simulator as configured. Do not use "
+                "the found values where this output matters: they stand in for something else."
+            )
+    return sentences
 
 
 def _cause_not_excluded(selection: Selection) -> list[str]:

@@ -37,6 +37,8 @@ LAW = 2.0 * EFFECT + math.log(sum(len(variables) for variables in MENU.values())
 LEAST_GAIN = LAW / EVIDENCE
 # A second law must matter beside the first: tables follow whatever the first one leaves.
 LEAST_OF_FIRST = 0.3
+# And it must remove this share of the gap: a law that removes nothing is not told.
+LEAST_OF_GAP = 0.01
 # Other laws count as rivals where what they leave is no more than this above the best.
 RIVAL = EFFECT / EVIDENCE
 # The ends of a band lie further out than the fit says by this share of the rms of the law: then it
@@ -58,6 +60,8 @@ class LawsFound:
     """Share of the effects in the shrinkage of the held-out gap, 0 to 1; the laws have the rest."""
     evidence: float
     """Of the laws and effects against the rig without them, nats."""
+    probability: float
+    """That just these effects are beside the laws, and not none or all of the best set, 0 to 1."""
     held: Mapping[str, float]
     """Sizes of effects that were held, by full name: the laws are what remains beside them."""
 
@@ -89,7 +93,10 @@ def missing_laws(
         _Chain(fine, (start,), ()).longer(part_of(progress, place / parts, (place + 1) / parts))
         for place, start in enumerate(starts)
     ]
-    chain = min(chains, key=lambda each: each.penalised)
+    costs = [each.penalised for each in chains]
+    chain = chains[costs.index(min(costs))]
+    # p = exp(-EVIDENCE penalised) / sum exp(-EVIDENCE penalised)
+    probability = 1.0 / sum(math.exp(EVIDENCE * (min(costs) - each)) for each in costs)
     last = part_of(progress, (parts - 1) / parts, 1.0)
     chain = chain.longer(last) if chain.rivals else chain
     if not chain.rivals:
@@ -135,7 +142,7 @@ def missing_laws(
         )
         forms.append(told.form)
     evidence = EVIDENCE * (_penalised(fine, calibrated) - _penalised(fine, candidate))
-    return LawsFound(candidate, tuple(laws), tuple(forms), shares[0], evidence, held)
+    return LawsFound(candidate, tuple(laws), tuple(forms), shares[0], evidence, probability, held)
 
 
 @dataclass(frozen=True, eq=False)
@@ -165,7 +172,7 @@ class _Chain:
         first = gains[0] - gains[-1]
         if gain < max(LEAST_GAIN, LEAST_OF_FIRST * first):
             return self
-        if mean_gap(found[0].candidate.sums) >= mean_gap(self.last.sums):
+        if mean_gap(found[0].candidate.sums) > (1.0 - LEAST_OF_GAP) * mean_gap(self.last.sums):
             return self
         rivals = tuple(
             (other.law.adds_to, other.law.of)

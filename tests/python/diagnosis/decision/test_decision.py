@@ -171,3 +171,16 @@ def test_no_missing_effect_is_no_answer_where_it_is_hardly_possible() -> None:
     assert least_loss(found).kind == "healthy"
     assert least_loss(found, TOLD).kind == "outside"
     assert least_loss(certain(healthy=0.9, sensor_lag=0.1), TOLD).kind == "healthy"
+
+
+@pytest.mark.parametrize("share", [0.099, 0.101])
+def test_an_effect_is_named_beside_a_cause_outside_from_the_stated_probability_on(
+    share: float,
+) -> None:
+    lag, nothing = (
+        Hypothesis(FITTED[effects], 0.0, 0.0, of_all)
+        for effects, of_all in ((("sensor_lag",), share), ((), 0.0))
+    )
+    answer = least_loss(Posterior((lag, nothing), 1.0 - share))
+    assert answer.kind == "outside"
+    assert answer.named == ((lag,) if share >= TOLD else ())

@@ -283,6 +283,17 @@ def test_a_law_without_a_name_makes_a_cause_outside_as_probable_as_its_evidence(
     assert after.outside >= found.outside
 
 
+def test_an_effect_beside_a_law_is_as_probable_as_both_together() -> None:
+    found = posterior(CASE, candidate(rms=1e-5), [candidate("coulomb_friction", rms=5e-6)])
+    after = with_law(found, 40.0, ("coulomb_friction",), 0.75)
+    alone = with_law(found, 40.0)
+    of_sets = alone.of_effect("coulomb_friction")
+    expected = of_sets + 0.75 * after.outside
+    for effect in ("coulomb_friction", "stribeck_friction"):  # one family
+        assert after.of_effect(effect) == pytest.approx(expected, rel=1e-12)
+    assert after.of_effect("sensor_lag") == 0.0
+
+
 def test_evidence_without_end_leaves_finite_probabilities() -> None:
     after = with_law(posterior(CASE, candidate(rms=1.5e-6), []), 1e5)
     # In three cases of a hundred the machine does what nobody thought of.

@@ -8,10 +8,11 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 from made_candidates import CASE, candidate, search_result
+from msgspec.structs import replace
 
 from ehsid.harness.diagnosis.decision.effect_selection import chance, select_effects, standing
 from ehsid.harness.diagnosis.decision.results import caveats
-from ehsid.harness.diagnosis.schema import HowFar, Value
+from ehsid.harness.diagnosis.schema import Gaps, HowFar, Value
 from ehsid.harness.diagnosis.search.intervals import likelihood_gain
 
 SETS = (
@@ -43,21 +44,20 @@ def test_every_candidate_has_the_standing_that_the_selection_gave_it(sizes: list
     kinds = {
         each.effects: standing(CASE, result, selection, each) for each in (calibrated, *fitted)
     }
-    assert kinds[selection.best.effects].kind == (
-        "named" if selection.best.effects else "sufficient"
-    )
+    alone = "not_sufficient" if selection.answer.kind == "outside" else "sufficient"
+    assert kinds[selection.best.effects].kind == ("named" if selection.best.effects else alone)
     equivalent = {other.effects for other in selection.equivalent}
     assert {effects for effects, said in kinds.items() if said.kind == "equivalent"} == equivalent
     for each in (calibrated, *fitted):
         said = kinds[each.effects]
-        if said.kind in ("named", "sufficient"):
+        if said.kind in ("named", "sufficient", "not_sufficient"):
             continue
         # Each of the others has a reason, and "larger errors" is said of no better candidate.
         assert said.why
         gain = likelihood_gain(CASE, selection.best, each)
         if said.kind == "worse":
             assert gain.relative > 0.0
-        if said.kind == "not_needed":
+        if said.kind in ("not_needed", "improbable"):
             assert gain.relative <= 0.0
         hypothesis = selection.hypothesis(each)
         assert (said.kind == "too_small") == (hypothesis is None)
@@ -197,3 +197,25 @@ def test_a_cause_that_is_not_excluded_is_said() -> None:
     assert f"its probability is {chance(selection.posterior.outside)}" in sentence
     sound = search_result(candidate(rms=0.3e-6))
     assert caveats(CASE, sound, select_effects(CASE, sound), reduction(0.1, 0.1, 0.1)) == ()
+
+
+def test_beside_a_cause_outside_no_set_is_sufficient_and_an_improbable_one_has_its_reason() -> None:
+    lag = candidate("sensor_lag", rms=0.9e-4)
+    calibrated = candidate(rms=1e-4)
+    result = search_result(calibrated, lag)
+    selection = select_effects(CASE, result)
+    assert (selection.answer.kind, selection.best) == ("outside", calibrated)
+    assert standing(CASE, result, selection, calibrated).kind == "not_sufficient"
+    said = standing(CASE, result, selection, lag)
+    assert (said.kind, said.why.endswith("below 10 % a name is a guess")) == ("improbable", True)
+
+
+def test_an_output_that_the_found_values_make_worse_is_said() -> None:
+    result = search_result(candidate(rms=0.3e-6))
+    selection = select_effects(CASE, result)
+    gaps = {"position_m": Gaps(0.01, 0.04, 0.04), "pressure_a_pa": Gaps(0.3, 0.1, 0.1)}
+    of_all = replace(reduction(0.155, 0.07, 0.07), gaps=gaps)
+    (sentence,) = caveats(CASE, result, selection, of_all)
+    assert sentence.startswith("position_m gets worse: its gap on held-out data is 4.0 % in place")
+    smaller = {**gaps, "position_m": Gaps(0.01, 0.04, 0.0105)}
+    assert caveats(CASE, result, selection, replace(of_all, gaps=smaller)) == ()
