@@ -4,7 +4,6 @@
 #include "sensitivities.hpp"
 
 #include <algorithm>
-#include <cmath>
 #include <cstddef>
 #include <vector>
 
@@ -71,14 +70,6 @@ void simulate(const Simulation& run, const double* command, const double* aligne
   for (std::size_t part = 0; part < count; ++part) {
     simulate_part(run, part, count, command, aligned, samples, outputs, sensitivities);
   }
-}
-
-int recommended_substeps(PlantKind kind, const std::vector<double>& values, double dt) {
-  const ServoPlant<double> plant(kind, values, dt, 1, 0);
-  constexpr int kLeast = 2;
-  constexpr int kMost = 1000;
-  const double steps = std::ceil(plant.fastest_rate() * dt / kRadiansPerStep);
-  return std::clamp(steps < kMost ? static_cast<int>(steps) : kMost, kLeast, kMost);
 }
 
 }  // namespace ehsid::plant

@@ -99,7 +99,9 @@ PRODUCT: dict[str, set[str]] = {
     "signals/injection": {"records", "rigs"},
     "models/identification": {"records"},
     "models/estimation": {"models/identification"},
-    "firmware": {"models/estimation", "models/identification"},
+    "firmware": {
+        *("models/estimation", "models/identification", "records", "rigs", "signals/simulation"),
+    },
     "diagnosis/tables": {"records", "rigs"},
     "diagnosis/data": {"diagnosis/tables", "records", "rigs", "signals/simulation"},
     "fitness": {"diagnosis/data", "diagnosis/tables", "records", "rigs"},

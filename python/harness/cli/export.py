@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""`ehsid export`: writes an offline model and estimator settings as a firmware header."""
+"""`ehsid export`: writes an estimator for a firmware, or the simulator of a rig as an FMU."""
 
 from __future__ import annotations
 
@@ -12,15 +12,15 @@ import typer
 from ..base.files import result_files, write_text
 from ..catalogue.parameters import POLICIES
 from .console import Console, about, note
+from .export_simulator import export_simulator
 from .next_command import Given, estimate_line
 from .options import (
+    RECORD_HELP,
     InputColumn,
     Maps,
     Offset,
     OutputColumn,
-    RecordFile,
     Reset,
-    SamplingTime,
     hints_of,
     read_io,
 )
@@ -74,7 +74,14 @@ def _whole(given: dict[str, bool], float64: bool, path: Path | None) -> tuple[st
 
 
 def export_command(
-    record: RecordFile,
+    record: Annotated[
+        Path | None,
+        typer.Argument(
+            metavar="RECORD",
+            help=f"{RECORD_HELP}; or a rig file, TOML, whose simulator --fmu then writes",
+            show_default=False,
+        ),
+    ] = None,
     input_name: InputColumn = "command_v",
     output_name: OutputColumn = "position_m",
     na: Annotated[
@@ -106,7 +113,16 @@ def export_command(
         ),
     ] = None,
     maps: Maps = None,
-    sampling_time: SamplingTime = None,
+    sampling_time: Annotated[
+        float | None,
+        typer.Option(
+            "--dt",
+            metavar="SECONDS",
+            help="sampling time, where the log has no time; else the log is resampled to it. Of a "
+            "rig: step of its simulator, default 0.001",
+            show_default=False,
+        ),
+    ] = None,
     servo: Annotated[
         bool,
         typer.Option(
@@ -115,7 +131,13 @@ def export_command(
             "takes delay, drift and tolerance",
         ),
     ] = False,
-    name: Annotated[str, typer.Option(help="namespace in C++, prefix in C")] = "servo",
+    name: Annotated[
+        str | None,
+        typer.Option(
+            help="namespace in C++, prefix in C, model of an FMU; default servo, or simulator",
+            show_default=False,
+        ),
+    ] = None,
     c: Annotated[
         bool, typer.Option("--c", help="C99, for ehsid/c_api.h, without the self-test")
     ] = False,
@@ -135,7 +157,7 @@ def export_command(
         Path | None,
         typer.Option(
             help="the whole estimator as an FMU for co-simulation, with its sources; in place of "
-            "--out",
+            "--out. Or a rig file, TOML, in place of RECORD: its simulator, to --out",
             show_default=False,
         ),
     ] = None,
@@ -159,11 +181,19 @@ def export_command(
 ) -> None:
     """Write a C++ or C header that starts the firmware's estimator from a model of a record.
 
-    Example: ehsid export rec.csv --na 3 --nb 3 --nk 1 --out servo_configuration.hpp
-    Example: ehsid export rec.csv --servo --out servo_configuration.hpp
-    Example: ehsid export rec.csv --c-source --out servo_estimator.c
-    Example: ehsid export rec.csv --st --out servo_estimator.st
-    Example: ehsid export rec.csv --fmu estimator.fmu --fmi 3
+    Or the estimator itself, or with a rig file its simulator as an FMU.
+
+    Examples: ehsid export rec.csv --na 3 --nb 3 --nk 1 --out servo_configuration.hpp
+
+    ehsid export rec.csv --servo --out servo_configuration.hpp
+
+    ehsid export rec.csv --c-source --out servo_estimator.c
+
+    ehsid export rec.csv --st --out servo_estimator.st
+
+    ehsid export rec.csv --fmu estimator.fmu --fmi 3
+
+    ehsid export --fmu rig.augmented.toml --out simulator.fmu
     """
     from ..firmware import (
         STEM,
@@ -172,28 +202,46 @@ def export_command(
         servo_header_of_record,
     )
 
-    check_name(name)
+    of_arx = {
+        "--na": na is not None,
+        "--nb": nb is not None,
+        "--nk": nk is not None,
+        "--identify": choose,
+        "--no-offset": not offset,
+        "--forgetting": forgetting != "f-ratio",
+        "--lambda0": lambda0 is not None,
+        "--no-reset": not reset,
+        "--inflation": inflation is not None,
+    }
     if fmi is not None and fmu is None:
         raise ValueError("--fmi goes with --fmu; give the name of the FMU with it")
+    rig_file = fmu if record is None else record
+    if rig_file is not None and rig_file.suffix.lower() == ".toml":
+        of_estimators = {
+            **of_arx,
+            "--setting": setting is not None,
+            "--map": maps is not None,
+            "--servo": servo,
+            "--c": c,
+            "--c-source": c_source,
+            "--st": st,
+            "--float64": float64,
+        }
+        export_simulator(rig_file, fmu, out, of_estimators, name, fmi, sampling_time)
+        return
+    if record is None:
+        raise ValueError(
+            f"RECORD is missing: expected {RECORD_HELP}; or --fmu RIG.toml for the simulator of a "
+            "rig; `ehsid export --help` lists what there is"
+        )
+    name = name or "servo"
+    check_name(name)
     kinds = {"--servo": servo, "--c": c, "--c-source": c_source, "--st": st}
     if fmu is not None:
         kinds |= {"--fmu": True, "--out": out is not None}
     whole, path = _whole(kinds, float64, fmu or out)
     if servo:
-        chosen = servo_settings(
-            setting,
-            {
-                "--na": na is not None,
-                "--nb": nb is not None,
-                "--nk": nk is not None,
-                "--identify": choose,
-                "--no-offset": not offset,
-                "--forgetting": forgetting != "f-ratio",
-                "--lambda0": lambda0 is not None,
-                "--no-reset": not reset,
-                "--inflation": inflation is not None,
-            },
-        )
+        chosen = servo_settings(setting, of_arx)
         with result_files(path, "export", inputs=[record]) as folder:
             data, _ = read_io(record, input_name, output_name, hints_of(maps, sampling_time))
             with about(record):

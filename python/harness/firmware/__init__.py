@@ -7,7 +7,8 @@
 """
 
 from .configuration import EstimatorConfiguration, Export, Seed, configure_from_record
-from .fmu import STEM, fmu_files, write_fmu
+from .estimator_fmu import STEM, fmu_files
+from .fmu import write_fmu
 from .header import (
     GoldenTrace,
     check_name,

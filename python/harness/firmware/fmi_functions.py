@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: MIT
 """The functions of an FMU for co-simulation, as the wrapper in templates/fmu.c.j2 defines them.
 
+The wrapper of a simulator, templates/simulator_fmu.cpp.j2, has some other bodies.
+
 Each is a name without the prefix fmi2 or fmi3, the types of its parameters a0, a1 ..., its body,
 and its type where that is not a status. Source: Functional Mock-up Interface, Modelica Association,
 2.0 (2014) and 3.0 (2022), the tables of functions in ch. 2 to 4.
@@ -176,3 +178,33 @@ def fmi3(real: str) -> list[Function]:
         "ActivateModelPartition": [ME, "reference", "double"],
     }
     return made + [(name, types, NO) for name, types in refused.items()]
+
+
+# What a simulator does in another way: memory is that of C++, there are no whole numbers, and a
+# state is not written as bytes, because what it holds grows with the run.
+SIMULATOR = {
+    "FreeInstance": "release(a0);",
+    "Reset": "return reset(a0);",
+    "ExitInitializationMode": "return run(a0);",
+    "GetInteger": NONE,
+    "GetInt32": NONE,
+    "GetBoolean": NONE,
+    "GetRealStatus": NO,
+    **{
+        name: NO
+        for verb, size in (("DeSerialize", "FMUstate"), ("Deserialize", "FMUState"))
+        for name in (f"Serialized{size}Size", f"Serialize{size}", f"{verb}{size}")
+    },
+}
+
+
+def of_simulator(fmi: int) -> list[Function]:
+    """Returns the functions of the FMU of a simulator, for a version of FMI, 2 or 3."""
+    plan = "return prepare(a0, a3, a4 != 0, a5);"
+    bodies = {**SIMULATOR, "SetupExperiment" if fmi == 2 else "EnterInitializationMode": plan}
+    made: list[Function] = []
+    for each in FMI2 if fmi == 2 else fmi3("Float64"):
+        name, types, body = each[:3]
+        body = bodies.get(name, body)
+        made.append((name, types, body) if len(each) == 3 else (name, types, body, each[3]))
+    return made

@@ -209,7 +209,7 @@ def comment(text: str) -> str:
 
 
 def environment() -> jinja2.Environment:
-    """Returns the templates of this package, with the filter `float32`."""
+    """Returns the templates of this package, with filters for numbers: `float32` and `number`."""
     made = jinja2.Environment(
         loader=jinja2.PackageLoader("ehsid.harness.firmware"),
         undefined=jinja2.StrictUndefined,
@@ -219,6 +219,7 @@ def environment() -> jinja2.Environment:
         autoescape=False,  # C and C++, not HTML
     )
     made.filters["float32"] = float32_literal
+    made.filters["number"] = lambda value: repr(float(value))
     return made
 
 

@@ -13,7 +13,8 @@ import ehsid
 from ..base.exchange import sha256_of
 from ..models.identification import ArxOrders, IoData, identify
 from .configuration import Export, configure_from_record
-from .fmu import fmu_files, write_fmu
+from .estimator_fmu import fmu_files
+from .fmu import held_in_words, write_fmu
 from .header import GoldenTrace, check_name, liveliest, render_c_header, render_header
 from .source import Sources, render_sources
 from .structured_text import function_block
@@ -59,9 +60,7 @@ class Header:
         sources = Sources(self.beside, self.text)
         configuration = self.export.configuration
         files = fmu_files(configuration, sources, name=name, fmi=fmi, dtype=dtype, dt_s=dt_s)
-        compiled = write_fmu(path, files, name=name, fmi=fmi)
-        only = "sources only: no C compiler for Linux is here"
-        return f"FMI {fmi}.0, {'sources and a library for Linux' if compiled else only}"
+        return held_in_words(write_fmu(path, files, name=name, fmi=fmi), fmi)
 
 
 def chosen_orders(data: IoData, *, offset: bool = True) -> ArxOrders:

@@ -173,6 +173,16 @@ def is_unit(unit: object, schema_unit: str) -> bool:
         return False  # pint has no common exception for text that is not a unit
 
 
+# Base units of the SI by the dimension that pint gives them.
+_BASES = MappingProxyType({"[mass]": "kg", "[length]": "m", "[time]": "s", "[current]": "A"})
+
+
+def base_exponents(unit: str) -> dict[str, int]:
+    """Returns the exponents of kg, m, s and A in a unit of the values of a rig, such as "N s/m"."""
+    dimensions = dict(_units().Unit(_parsable(unit)).dimensionality)
+    return {base: round(float(dimensions[of])) for of, base in _BASES.items() if of in dimensions}  # type: ignore[arg-type]
+
+
 def split_factor(unit: str) -> tuple[float, str]:
     """Returns the factor before a unit, 1 without one, and the unit."""
     match = _FACTOR.fullmatch(unit)

@@ -215,6 +215,11 @@ def _range(parameter: ehsid.PlantParameter) -> str:
     return f"{parameter.minimum:g} to {parameter.maximum:g}{unit} ({parameter.meaning})"
 
 
+def may_be_off(name: str) -> bool:
+    """Returns whether a value may be 0, which switches something off, whatever its range."""
+    return ParameterKey(name).effect is not None or name == HIDDEN_SPOOL
+
+
 def check_values(values: Mapping[str, object]) -> list[str]:
     """Checks names and ranges of values, given by full name.
 
@@ -232,7 +237,7 @@ def check_values(values: Mapping[str, object]) -> list[str]:
             problems.append(problem)
             continue
         assert isinstance(value, int | float)
-        is_off = value == 0.0 and (ParameterKey(name).effect is not None or name == HIDDEN_SPOOL)
+        is_off = value == 0.0 and may_be_off(name)
         if not is_off and not parameter.minimum <= value <= parameter.maximum:
             problems.append(f"'{name}' = {value!r}: expected {_range(parameter)}")
     return problems

@@ -115,6 +115,15 @@ CASES = (
         "at most 31",
     ),
     option("a version of FMI without an FMU", "ehsid export record.csv --fmi 3", "--fmu"),
+    option("a rig file in place of a record", "ehsid export rig.toml", "--fmu rig.fmu"),
+    option(
+        "an option of estimators with a rig file",
+        "ehsid export --fmu rig.toml --na 2",
+        "--na",
+        "rig",
+    ),
+    option("a simulator named as an archive", "ehsid export --fmu rig.toml --out rig.zip", ".fmu"),
+    option("too long a step of a simulator", "ehsid export --fmu rig.toml --dt 0.5", "too stiff"),
     option("C sources named as a header", "ehsid export record.csv --c-source --out a.h", ".c"),
     option(
         "orders given and to be chosen", "ehsid export record.csv --na 2 --identify", "--identify"

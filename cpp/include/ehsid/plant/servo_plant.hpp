@@ -454,4 +454,14 @@ void ServoPlant<Scalar>::advance(double command_v) {
   ++sample_;
 }
 
+/// Steps a sample of dt seconds for which the fastest oscillation (oil spring, seals before they slide) turns by at most
+/// a third of a radian a step: about 0.1 % of its frequency. At least 2, at most 1000.
+inline int recommended_substeps(PlantKind kind, const std::vector<double>& values, double dt) {
+  const ServoPlant<double> plant(kind, values, dt, 1, 0);
+  constexpr int kLeast = 2;
+  constexpr int kMost = 1000;
+  const double steps = std::ceil(plant.fastest_rate() * dt / kRadiansPerStep);
+  return std::clamp(steps < kMost ? static_cast<int>(steps) : kMost, kLeast, kMost);
+}
+
 }  // namespace ehsid::plant

@@ -46,8 +46,4 @@ void simulate_part(const Simulation& run, std::size_t part, std::size_t of_parts
                    const double* command, const double* aligned, std::size_t samples,
                    double* outputs, double* sensitivities);
 
-/// Steps a sample for which the fastest oscillation (oil spring, seals before they slide) turns by at most a third of
-/// a radian a step: about 0.1 % of its frequency. At least 2.
-int recommended_substeps(PlantKind kind, const std::vector<double>& values, double dt);
-
 }  // namespace ehsid::plant

@@ -228,7 +228,8 @@ def prepare(
         if substeps > MOST_SUBSTEPS // 2:
             raise SimulationError(
                 f"{rig.name} is too stiff to be integrated at {dt_s:g} s: its oil spring or its "
-                f"seals need {substeps} steps a sample; check masses, volumes, friction"
+                f"seals need {substeps} steps a sample: expected at most {MOST_SUBSTEPS // 2}; "
+                "take a shorter sampling time, or check masses, volumes, friction"
             )
     return PreparedRig(rig, dt_s, MappingProxyType(all_values), plant_values, substeps)
 
