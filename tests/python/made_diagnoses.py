@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 from functools import cache
 
@@ -21,6 +22,7 @@ from ehsid.harness.diagnosis.schema import (
     Calibrated,
     Candidate,
     CannotJudge,
+    CouldBeSeen,
     Effect,
     Equation,
     Estimate,
@@ -230,6 +232,18 @@ def _next(rig: Rig) -> tuple[NextExperiment, Record]:
     return coming, record
 
 
+def seen() -> tuple[CouldBeSeen, ...]:
+    """An effect of each kind: the record decides, its least size does, no size would have shown."""
+    leak, spring = "coefficient_m3_s_pa", "stiffness_n_m"
+    band, lag = "overlap", {"bandwidth_hz": 79.4, "damping": 0.8}
+    return (
+        CouldBeSeen("valve_lag", "bandwidth_hz", 79.4, "record", lag),
+        CouldBeSeen("valve_dead_band", band, 0.004, "least_size", {band: 0.004}),
+        CouldBeSeen("internal_leakage", leak, 5.52e-13, "record", {leak: 5.52e-13}),
+        CouldBeSeen("load_spring", spring, math.nan, "none", {spring: 4985.0}),
+    )
+
+
 def missing_law() -> MissingLaw:
     """Friction as a table, with its band."""
     knots = tuple(np.linspace(-0.2, 0.2, 8).tolist())
@@ -326,6 +340,7 @@ def made_diagnosis(
         settings={"window_s": 0.5, "skip_s": 0.3, "reset": "carry", "effects_excluded": []},
         seconds=31.2,
         unknown_inputs=(_friction(),) if structural else (),
+        could_be_seen=seen() if judged else (),
         law_forms=tuple(tuple((412.0 * np.sign(np.array(law.knots))).tolist()) for law in laws),
         next_record=next_record,
         in_sigmas={

@@ -45,6 +45,7 @@ def print_diagnosis(
     shown: remarks that the user has seen already, which are not printed again.
     """
     from ..show.gap_words import effect_set, plain_name, summary_tables, told_reasons, told_remarks
+    from ..show.seen_words import seen_sentence
     from ..show.units import percent
     from ..show.verdict_words import VERDICTS
 
@@ -67,6 +68,9 @@ def print_diagnosis(
         console.print("\nCould not be judged:")
         unjudged = diagnosis.cannot_judge
         print_points((f"{plain_name(effect.id)}: {effect.why}" for effect in unjudged), console)
+    small = seen_sentence(diagnosis.could_be_seen)
+    if small:
+        console.print(f"\nNot seen would have been {small}; the report has all effects.")
     for remark in told_remarks(diagnosis):
         if remark in shown:
             continue

@@ -40,6 +40,7 @@ from .schema import (
     SKIP_S,
     Calibrated,
     CannotJudge,
+    CouldBeSeen,
     Effect,
     Estimate,
     HowFar,
@@ -52,6 +53,7 @@ from .search.candidates import FittedCandidate, calibrate_nuisances, decision_ca
 from .search.identifiability import effects_hardly_shown, unidentifiable_effects
 from .search.maps import QUANTISATION, localise, position_step
 from .search.search import Look, SearchResult, candidate_effects, search
+from .search.visible import could_be_seen, ground_of
 from .user_simulator import (
     check_direction,
     engine_of,
@@ -207,6 +209,12 @@ def _diagnose(
         look = look_for(watch, begun, pace, case)
         _tell(look, "where", search_result, told, tasks=len(selection.rivals))
         where, unknown_inputs = _located(evaluation, fitted_effects, pace)
+    seen: tuple[CouldBeSeen, ...] = ()
+    if case.engine is None:
+        told = best if laws is None else laws.candidate
+        named = {name for names in ambiguity_set for name in names}
+        others = [effect for effect in effect_ids if effect not in named]
+        seen = could_be_seen(ground_of(case, told), others)
     experiment, next_record = None, None
     if selection.rivals and case.engine is None:
         _tell(look_for(watch, begun, pace, case), "experiment", search_result, best)
@@ -253,6 +261,7 @@ def _diagnose(
         settings=_settings(case, options),
         seconds=time.monotonic() - began,
         unknown_inputs=unknown_inputs,
+        could_be_seen=seen,
         law_forms=() if laws is None else laws.forms,
         next_record=next_record,
         in_sigmas={

@@ -23,6 +23,7 @@ from .schema import (
     Calibrated,
     Candidate,
     CannotJudge,
+    CouldBeSeen,
     DiagnosisFile,
     Effect,
     Estimate,
@@ -155,6 +156,9 @@ class Diagnosis:
     """Duration of the diagnosis, s."""
     unknown_inputs: tuple[UnknownInput, ...] = ()
     """What the equations with a large share lack over the time."""
+    could_be_seen: tuple[CouldBeSeen, ...] = ()
+    """For the effects that are not named: from which size on the records would have shown them;
+    empty for a user's simulator, whose runs are dear, and where the data are insufficient."""
     law_forms: tuple[tuple[float, ...] | None, ...] = ()
     """For each of `missing_laws` the values at its knots of the simple form that `looks_like`
     names; None where none fits."""
@@ -199,6 +203,7 @@ def diagnosis_file(diagnosis: Diagnosis, records: Sequence[Record], rig_file: st
             diagnosis.next_experiment,
             diagnosis.outside_probability,
             diagnosis.missing_laws,
+            diagnosis.could_be_seen,
         ),
         diagnosis.how_far or NOT_COMPARED,
         diagnosis.calibration,

@@ -224,6 +224,22 @@ class CannotJudge(msgspec.Struct, frozen=True):
     why: str
 
 
+class CouldBeSeen(msgspec.Struct, frozen=True):
+    """From which size on these records would have shown an effect that is not named.
+
+    `size` is that of `parameter`, and `sizes` has all sizes of the effect there, in SI. `limit`
+    tells what it rests on: "record", a smaller effect would not have been named; "least_size",
+    every larger one would have been, and every sound servo has what is smaller; "none", no size
+    would have been, and `size` is null.
+    """
+
+    id: str
+    parameter: str
+    size: Number
+    limit: Literal["record", "least_size", "none"]
+    sizes: Mapping[str, Number] = {}
+
+
 class NextExperiment(msgspec.Struct, frozen=True):
     """The experiment that separates the candidates; `record` is the file with its command.
 
@@ -276,6 +292,7 @@ class Which(msgspec.Struct, frozen=True):
     next_experiment: NextExperiment | None
     outside_probability: float | None = None
     missing_law: tuple[MissingLaw, ...] = ()
+    could_be_seen: tuple[CouldBeSeen, ...] = ()
 
 
 class Gaps(msgspec.Struct, frozen=True):

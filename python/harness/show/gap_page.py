@@ -24,6 +24,7 @@ from .gap_plots import gap_bars, next_plots, run_blocks, value_table
 from .gap_words import SIMULATIONS, named_effect, told_reasons, told_remarks
 from .page import Bars, Block, Code, Folded, Heading, Items, Note, Page, Section, Table, Tagged
 from .rendering import render_page
+from .seen_words import seen_blocks
 from .units import percent, percent_interval
 from .verdict_words import VERDICTS
 from .where_section import change_of, diagnosis_facts, reading_folded, where_section
@@ -217,7 +218,7 @@ def _limits(diagnosis: Diagnosis) -> Section:
     blocks: list[Block] = [
         "Nothing could be judged, because these records cannot carry a diagnosis."
         if diagnosis.verdict == "insufficient_data"
-        else "Every effect of the catalogue would have shown in these records."
+        else "These records have the motion that each effect of the catalogue needs to show."
     ]
     if diagnosis.cannot_judge:
         rows = [(named_effect(effect.id), effect.why) for effect in diagnosis.cannot_judge]
@@ -226,6 +227,7 @@ def _limits(diagnosis: Diagnosis) -> Section:
             "absent.",
             Table("", ("effect", "why"), rows),
         ]
+    blocks += seen_blocks(diagnosis.could_be_seen)
     if diagnosis.remarks:
         blocks += [Heading("About the records"), Items([*map(_remark, diagnosis.remarks)])]
     return Section("What could not be judged", blocks)

@@ -87,6 +87,11 @@ def test_friction_is_identified_with_its_size(with_friction: Diagnosis) -> None:
     assert force.value == pytest.approx(true_force, rel=0.02)
     assert diagnosis.ambiguity_set[0] == ("coulomb_friction",)
     assert diagnosis.effects[0].share_of_shrinkage == pytest.approx(1.0)
+    # All others have a size from which on they would have been named, beside the friction.
+    seen = {one.id: one for one in diagnosis.could_be_seen}
+    assert len(seen) > 15
+    assert not {"coulomb_friction", "stribeck_friction", "sensor_quantisation"} & set(seen)
+    assert 1e-3 <= seen["transport_delay"].size < 0.02
 
 
 @pytest.mark.slow

@@ -97,6 +97,9 @@ def check_contract(plain: dict[str, Any]) -> None:
     for one in which["cannot_judge"]:
         assert isinstance(one["id"], str)
         assert isinstance(one["why"], str)
+    for one in which["could_be_seen"]:
+        assert one["limit"] in ("record", "least_size", "none")
+        assert (one["size"] is None) == (one["limit"] == "none")
     coming = which["next_experiment"]
     assert coming is None or coming["record"] == "next_experiment.csv"
     assert coming is None or all(isinstance(one, str) for one in coming["separates"])

@@ -141,7 +141,7 @@ def _try(problem: Problem, x: FloatArray, model: Step, damping: float, tries: in
     floor = 1e-12 * float(diagonal[~at_bound].max(initial=1e-300))
     for _ in range(tries):
         damped = model.hessian + damping * np.diag(diagonal + floor)
-        step = _inside(model.gradient, damped, problem.low - x, problem.high - x, ~at_bound)
+        step = step_inside(model.gradient, damped, problem.low - x, problem.high - x, ~at_bound)
         candidate = np.clip(x + step, problem.low, problem.high)
         errors = problem.coefficients(candidate)
         cost = problem.cost_of(candidate, errors)
@@ -153,7 +153,7 @@ def _try(problem: Problem, x: FloatArray, model: Step, damping: float, tries: in
     return None
 
 
-def _inside(
+def step_inside(
     gradient: FloatArray,
     hessian: FloatArray,
     low: FloatArray,

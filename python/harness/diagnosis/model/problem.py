@@ -11,6 +11,7 @@ transform of the errors, so that exact sensitivities pass through it.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from copy import copy
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
 
@@ -118,6 +119,27 @@ class Problem:
         self._weight = np.array([parameter.sigma**-2 for parameter in self.parameters])
         self.low = np.array([parameter.low for parameter in self.parameters])
         self.high = np.array([parameter.high for parameter in self.parameters])
+
+    def explaining(
+        self, simulated: Sequence[Mapping[str, FloatArray]], x: FloatArray, left: FloatArray
+    ) -> Problem:
+        """The same problem with simulated outputs in place of the measured ones, about x.
+
+        Priors are centred at x, and powers `left` of errors, shape (outputs, BANDS), are tolerated
+        besides: what would stay at x in any case. simulated: outputs of each record, by name.
+        """
+        other = copy(self)
+        other.records = tuple(
+            replace(record, outputs={name: outputs[name] for name in self.outputs})
+            for record, outputs in zip(self.records, simulated, strict=True)
+        )
+        other._centre = x
+        likelihoods = {
+            name: replace(self.likelihoods[name], tolerated=self.likelihoods[name].tolerated + more)
+            for name, more in zip(self.outputs, left, strict=True)
+        }
+        other.__dict__["likelihoods"] = likelihoods
+        return other
 
     def information(self) -> FloatArray:
         """Information of the priors: sigma^-2 of each parameter, shape (n,)."""

@@ -1,0 +1,99 @@
+# SPDX-License-Identifier: MIT
+"""How small a cause could still be seen, as a table and in a sentence."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from types import MappingProxyType
+
+from ..catalogue.parameters import effects
+from ..catalogue.spellings import ParameterKey
+from ..diagnosis.schema import CouldBeSeen
+from .gap_words import named_effect, plain_name, quantity, unit_of, value_name
+from .page import Block, Folded, Table
+from .units import percent
+
+# Units in which people ask for a size, by the SI unit: what it is called, and the factor.
+# A leak at 100 bar, a valve that opens with the pressure, a source with 10 l/min.
+ASKED_IN = MappingProxyType(
+    {
+        "coefficient": ("l/min at 100 bar", 6e11),
+        "flow_gain": ("l/min per bar", 6e9),
+        "source_resistance": ("bar at 10 l/min", 1e-5 / 6e3),
+        "rate": ("% in a second", 100.0),
+    }
+)
+# Effects that are asked for first, and how many of them a sentence has.
+ASKED_FIRST = ("internal_leakage", "coulomb_friction", "valve_dead_band", "transport_delay")
+IN_SENTENCE = 3
+
+
+def seen_size(name: str, size: float) -> str:
+    """Returns a size, SI, of a parameter given by its full name, in the unit that is asked for."""
+    for start, (unit, factor) in ASKED_IN.items():
+        if ParameterKey(name).parameter.startswith(start):
+            return quantity(_rounded(factor * size), unit)
+    return quantity(_rounded(size), unit_of(name))
+
+
+def _rounded(size: float) -> float:
+    return float(f"{size:.2g}")
+
+
+def _power(one: CouldBeSeen) -> float:
+    """Power by which the outputs depend on the size that is told: below zero, less shows more."""
+    return {p.name: p.power for p in effects()[one.id].parameters}[one.parameter]
+
+
+def seen_sentence(seen: Sequence[CouldBeSeen]) -> str:
+    """Returns the sizes below which the first effects would not have been seen; "" without any."""
+    order = {effect: place for place, effect in enumerate(ASKED_FIRST)}
+    told = sorted(
+        (one for one in seen if one.id in order and one.limit != "none"),
+        key=lambda one: order[one.id],
+    )
+    parts = [
+        f"{plain_name(one.id)} {'below' if _power(one) > 0.0 else 'above'} "
+        f"{seen_size(ParameterKey.of_effect(one.id, one.parameter), one.size)}"
+        for one in told[:IN_SENTENCE]
+    ]
+    return ", ".join(parts)
+
+
+def seen_table(seen: Sequence[CouldBeSeen]) -> Table:
+    """Returns for each effect the size from which on it shows, and what is to be known of it."""
+    rows = []
+    for one in seen:
+        names = {name: ParameterKey.of_effect(one.id, name) for name in one.sizes}
+        told = names[one.parameter]
+        size = "at no size"
+        if one.limit != "none":
+            way = "from" if _power(one) > 0.0 else "down from"
+            size = f"{way} {seen_size(told, one.size)}"
+        beside = [
+            f"{value_name(key).partition(': ')[2]} {seen_size(key, one.sizes[name])}"
+            for name, key in names.items()
+            if name != one.parameter and one.sizes[name] != 0.0
+        ]
+        notes = [f"with {', '.join(beside)}"] if beside else []
+        if one.limit == "least_size":
+            notes.append("every sound servo has what is smaller")
+        rows.append((named_effect(one.id), size, "; ".join(notes)))
+    return Table("", ("effect", "would have been seen", "note"), rows)
+
+
+def seen_blocks(seen: Sequence[CouldBeSeen]) -> list[Block]:
+    """Returns what a page says of it, the table folded; nothing where nothing is known."""
+    if not seen:
+        return []
+    sentence = seen_sentence(seen)
+    text = (
+        "An effect that is not named may still be there, as long as it is small. The table has the "
+        f"size from which on these records would have shown it, with a power of {percent(0.9)} and "
+        "with what the simulator leaves unexplained in them."
+    )
+    first = [f"Not seen would have been: {sentence}."] if sentence else []
+    return [
+        *first,
+        Folded(f"How small a cause could be ({len(seen)} effects)", [text, seen_table(seen)]),
+    ]
