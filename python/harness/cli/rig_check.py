@@ -6,6 +6,7 @@ from __future__ import annotations
 import json
 from collections.abc import Sequence
 from contextlib import nullcontext
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -18,6 +19,8 @@ from .options import RECORD_HELP, AsJson, Maps, SamplingTime, hints_of, read_sho
 
 if TYPE_CHECKING:
     from ..fitness import RecordCheck
+    from ..records import Record
+    from ..rigs import Rig
 
 # More records than this have no reader.
 MOST_RECORDS = 100
@@ -25,6 +28,7 @@ MOST_RECORDS = 100
 
 def _print(checks: Sequence[RecordCheck], console: Console) -> None:
     from ..show.rig_check import check_table
+    from ..show.seen_words import seen_sentence
 
     for check in checks:
         console.print(f"{check.record}:")
@@ -36,6 +40,21 @@ def _print(checks: Sequence[RecordCheck], console: Console) -> None:
             console.print(f"does not fit: {', '.join(wrong)}; correct the rig, or the record")
         else:
             console.print("nothing contradicts the rig")
+        if check.could_be_seen:
+            console.print(
+                f"at best the record can show {seen_sentence(check.could_be_seen, shown=True)}"
+            )
+
+
+def _checked(record: Record, rig: Rig) -> RecordCheck:
+    """The check of a record, with what it can show where nothing contradicts the rig."""
+    from ..diagnosis import before_any_fit
+    from ..fitness import Status, check_rig
+
+    check = check_rig(record, rig)
+    if any(finding.status is Status.does_not_fit for finding in check.findings):
+        return check
+    return replace(check, could_be_seen=before_any_fit(record, rig))
 
 
 def rig_check_command(
@@ -51,12 +70,13 @@ def rig_check_command(
     """Say what of a rig fits records, and which value to change, before anything is fitted.
 
     Compares directions, stroke, commands, supply, areas, flow, mass, response and oil spring. Each
-    line says "fits", "does not fit" or "cannot be told", with the numbers. The exit code is 0
-    whatever fits.
+    line says "fits", "does not fit" or "cannot be told", with the numbers. Where all fits, the
+    last line tells how small a leak, a friction and a dead band the record can show; --json and
+    rig_check.json have all effects. The exit code is 0 whatever fits.
 
     Example: ehsid rig check rig.toml run1.csv run2.mf4 --out check
     """
-    from ..fitness import check_rig, rig_check_file
+    from ..fitness import rig_check_file
     from ..rigs import read_rig
     from ..show.rig_check import files_of, pictures_of, write_rig_check
 
@@ -73,7 +93,7 @@ def rig_check_command(
         hints = hints_of(maps, sampling_time)
         required = ["time_s", "command_v", "position_m"]
         checks = [
-            check_rig(read_shown(path, hints, required=required, layout=rig.columns), rig)
+            _checked(read_shown(path, hints, required=required, layout=rig.columns), rig)
             for path in records
         ]
         result = rig_check_file(rig.name, checks)

@@ -10,6 +10,7 @@ from .model.fit import Fit, fit
 from .model.parameters import Parameter, calibration_parameters, effect_parameters
 from .model.problem import Problem
 from .result import Diagnosis, Interim
+from .search.visible import before_any_fit
 
 __all__ = [
     "STAGES",
@@ -21,6 +22,7 @@ __all__ = [
     "NoiseFloor",
     "Parameter",
     "Problem",
+    "before_any_fit",
     "calibration_parameters",
     "diagnose",
     "effect_parameters",

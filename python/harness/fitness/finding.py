@@ -6,6 +6,7 @@ Compares ranges: of the position, the command, and the measured supply pressure.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import StrEnum
@@ -16,6 +17,7 @@ from ..base.numbers import FloatArray
 from ..catalogue.channels import CHAMBER_PRESSURES, COMMAND, POSITION, SPOOL, SUPPLY_PRESSURE
 from ..diagnosis.data.gate_ranges import OTHER_UNIT, beyond_rated, beyond_stroke, check_pressures
 from ..diagnosis.data.gate_signs import check_directions, check_ports
+from ..diagnosis.schema import CouldBeSeen
 from ..records import Record
 from ..rigs import Rig
 from .motion import Motion, has_pressures
@@ -63,15 +65,33 @@ class RecordCheck:
     """Times and measured speeds, smoothed, shape (N,)."""
     expected_m_s: FloatArray | None
     """Speed by the values of the rig, shape (N,); None for a plant without a valve's flow."""
+    could_be_seen: tuple[CouldBeSeen, ...] = ()
+    """From which size on the record can show each effect, at best; empty where the rig does not
+    fit."""
+
+
+@dataclass(frozen=True)
+class CanShow:
+    """An effect as `could_be_seen` of diagnosis.json has it: `size` is of `parameter`, in SI."""
+
+    id: str
+    parameter: str
+    size: float | None
+    limit: str
 
 
 @dataclass(frozen=True)
 class WrittenCheck:
-    """The check of a record in rig_check.json: its name, findings, and notes as sentences."""
+    """The check of a record in rig_check.json: its name, findings, and notes as sentences.
+
+    `could_be_seen` has the size from which on it can show each effect, as in diagnosis.json, if the
+    simulator is as good as is tolerated; empty where the rig does not fit.
+    """
 
     record: str
     findings: tuple[Finding, ...]
     notes: tuple[str, ...]
+    could_be_seen: tuple[CanShow, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -87,7 +107,17 @@ def rig_check_file(rig: str, checks: Sequence[RecordCheck]) -> RigCheckFile:
     return RigCheckFile(
         rig,
         tuple(
-            WrittenCheck(check.record, tuple(check.findings), tuple(check.notes))
+            WrittenCheck(
+                check.record,
+                tuple(check.findings),
+                tuple(check.notes),
+                tuple(
+                    CanShow(
+                        one.id, one.parameter, None if math.isnan(one.size) else one.size, one.limit
+                    )
+                    for one in check.could_be_seen
+                ),
+            )
             for check in checks
         ),
     )

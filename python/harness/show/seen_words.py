@@ -45,15 +45,19 @@ def _power(one: CouldBeSeen) -> float:
     return {p.name: p.power for p in effects()[one.id].parameters}[one.parameter]
 
 
-def seen_sentence(seen: Sequence[CouldBeSeen]) -> str:
-    """Returns the sizes below which the first effects would not have been seen; "" without any."""
+def seen_sentence(seen: Sequence[CouldBeSeen], *, shown: bool = False) -> str:
+    """Returns the sizes below which the first effects are not seen; "" without any.
+
+    shown: from which on they are seen.
+    """
+    below, above = ("from", "up to") if shown else ("below", "above")
     order = {effect: place for place, effect in enumerate(ASKED_FIRST)}
     told = sorted(
         (one for one in seen if one.id in order and one.limit != "none"),
         key=lambda one: order[one.id],
     )
     parts = [
-        f"{plain_name(one.id)} {'below' if _power(one) > 0.0 else 'above'} "
+        f"{plain_name(one.id)} {below if _power(one) > 0.0 else above} "
         f"{seen_size(ParameterKey.of_effect(one.id, one.parameter), one.size)}"
         for one in told[:IN_SENTENCE]
     ]

@@ -36,6 +36,7 @@ def test_the_sentence_has_the_effects_that_are_asked_for_first() -> None:
     assert seen_sentence(seen()).replace(NB, " ") == (
         "internal leakage below 0.33 l/min at 100 bar, valve dead band below 0.4 % of rated command"
     )
+    assert seen_sentence(seen(), shown=True).startswith("internal leakage from 0.33")
     assert seen_sentence(()) == ""
 
 

@@ -32,11 +32,14 @@ import numpy as np
 from scipy.stats import norm
 
 from ...base.numbers import FloatArray
-from ...base.parallel import run_together
+from ...base.parallel import run_together, single_threaded_algebra
 from ...catalogue.parameters import effects as catalogue
 from ...catalogue.spellings import effect_values
+from ...records import Record
+from ...rigs import Rig
+from ..data.gate import usable_part
 from ..deciding import EFFECT, EVIDENCE, FALSE_ALARM, MISSED, SMALL
-from ..model.case import Case
+from ..model.case import Case, make_case
 from ..model.fit import descent, step_inside
 from ..model.linear import Linear
 from ..model.parameters import Law, effect_parameters
@@ -47,6 +50,7 @@ from ..schema import CouldBeSeen
 from .candidates import FittedCandidate, law_count, repeats_a_law, spelled_out
 from .intervals import margin
 from .maps import FORCE
+from .search import candidate_effects
 
 # Power and false alarm, as deviations of a normal distribution.
 OF_POWER, OF_ALARM = float(norm.isf(0.1)), float(norm.isf(0.01))
@@ -108,6 +112,29 @@ def ground_of(case: Case, candidate: FittedCandidate | None = None) -> Ground:
         problem.linear(x),
         left / np.maximum(sizes, 1.0),
     )
+
+
+def before_any_fit(record: Record, rig: Rig) -> tuple[CouldBeSeen, ...]:
+    """Returns what a record could show at best, if the simulator is as good as is tolerated.
+
+    The values are those of the rig file, and may absorb what their uncertainty allows. There is no
+    entry where the record cannot carry a diagnosis, and none for a user's simulator.
+
+    Parameters
+    ----------
+    record
+        with `command_v` and `position_m`; its longest stretch with the supply up counts.
+    rig
+        any plant of ehsid.
+    """
+    if rig.simulator is not None:
+        return ()
+    try:
+        case = make_case(rig, [usable_part(record, rig)[0]])
+    except ValueError:  # too short, or nothing moves: the caller has said so
+        return ()
+    with single_threaded_algebra():
+        return could_be_seen(ground_of(case), candidate_effects(rig))
 
 
 def could_be_seen(ground: Ground, effect_ids: Sequence[str]) -> tuple[CouldBeSeen, ...]:
