@@ -34,6 +34,8 @@ def _variables(configuration: EstimatorConfiguration, name: str) -> list[Variabl
     return [
         *(Variable(one, "input", words, start=float(at)) for one, (at, words) in starts.items()),
         *(Variable(one, "output", words, kind) for one, (kind, words) in outputs.items()),
+        Variable("enable", "input", "false: the estimate rests", "Boolean", start=True),
+        Variable("reset", "input", "true: back to a vague start", "Boolean", start=False),
     ]
 
 

@@ -64,7 +64,7 @@ FMI2: list[Function] = [
     ("GetInteger", [*GET, "int32_t*"], "return get_integers(a0, a1, a2, a3);"),
     ("SetInteger", [*GET, "const int32_t*"], NONE),
     ("GetBoolean", [*GET, "truth*"], "return get_truths(a0, a1, a2, a3);"),
-    ("SetBoolean", [*GET, "const truth*"], NONE),
+    ("SetBoolean", [*GET, "const truth*"], "return set_truths(a0, a1, a2, a3);"),
     ("GetString", [*GET, "const char**"], NONE),
     ("SetString", [*GET, TEXTS], NONE),
     *_states("FMUstate", "SerializedFMUstateSize", "DeSerializeFMUstate"),
@@ -130,7 +130,7 @@ def fmi3(real: str) -> list[Function]:
         ("GetInt32", [*GET, "int32_t*", SIZE], "return get_integers(a0, a1, a2, a3);"),
         ("SetInt32", [*GET, "const int32_t*", SIZE], NONE),
         ("GetBoolean", [*GET, "bool*", SIZE], "return get_truths(a0, a1, a2, a3);"),
-        ("SetBoolean", [*GET, "const bool*", SIZE], NONE),
+        ("SetBoolean", [*GET, "const bool*", SIZE], "return set_truths(a0, a1, a2, a3);"),
     ]
     if real == "Float32":
         made += [
@@ -189,6 +189,7 @@ SIMULATOR = {
     "GetInteger": NONE,
     "GetInt32": NONE,
     "GetBoolean": NONE,
+    "SetBoolean": NONE,
     "GetRealStatus": NO,
     **{
         name: NO

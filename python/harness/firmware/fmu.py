@@ -51,7 +51,7 @@ class Variable:
     description: str
     kind: str = "Real"
     """As FMI 2.0 calls it."""
-    start: float | None = None
+    start: float | bool | None = None
     """Of inputs and parameters."""
     variability: str = "discrete"
     unit: str = ""

@@ -208,6 +208,11 @@ def comment(text: str) -> str:
     return "".join(c if c.isprintable() and c != "\\" else "_" for c in text)
 
 
+def plain_number(value: float | bool) -> str:
+    """Returns a number or truth as XML and C++ write it, with all its digits."""
+    return str(value).lower() if isinstance(value, bool) else repr(float(value))
+
+
 def environment() -> jinja2.Environment:
     """Returns the templates of this package, with filters for numbers: `float32` and `number`."""
     made = jinja2.Environment(
@@ -219,7 +224,7 @@ def environment() -> jinja2.Environment:
         autoescape=False,  # C and C++, not HTML
     )
     made.filters["float32"] = float32_literal
-    made.filters["number"] = lambda value: repr(float(value))
+    made.filters["number"] = plain_number
     return made
 
 

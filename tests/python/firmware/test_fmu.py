@@ -49,16 +49,29 @@ def test_a_simulation_has_the_bits_of_python(fmi: int, dtype: str, tmp_path: Pat
     assert write_fmu(path, made_files(fmi, dtype), name="servo", fmi=fmi)
     assert validate_fmu(str(path)) == []
     command, position = make_trace.signals()
-    signals = np.zeros(command.size, [(name, float) for name in ("time", "command", "position")])
+    switches = [("enable", bool), ("reset", bool)]
+    signals = np.zeros(
+        command.size, [*((name, float) for name in ("time", "command", "position")), *switches]
+    )
     signals["time"] = np.arange(command.size) * DT_S
     signals["command"], signals["position"] = command, position
-    made = fmpy.simulate_fmu(
-        str(path), stop_time=command.size * DT_S, output_interval=DT_S, input=signals
-    )[1:]
-    numbers, flags = in_python(CONFIGURATION.estimator(dtype), command, position)
-    found = np.array([made[name] for name in NUMBERS], dtype).T
-    assert found.tobytes() == numbers.tobytes()
-    assert (flags == np.array([made[name] for name in FLAGS]).T).all()
+    signals["enable"], signals["reset"][150] = True, True
+    signals["enable"][60:90] = False
+    for given in (signals[["time", "command", "position"]], signals):
+        found = fmpy.simulate_fmu(
+            str(path), stop_time=command.size * DT_S, output_interval=DT_S, input=given
+        )[1:]
+        estimator = CONFIGURATION.estimator(dtype)
+        made = []
+        for sample in given:
+            if "reset" in given.dtype.names:
+                estimator.enabled = bool(sample["enable"])
+                if sample["reset"]:
+                    estimator.reset()
+            made.append(in_python(estimator, sample["command"][None], sample["position"][None]))
+        numbers, flags = (np.concatenate(each) for each in zip(*made, strict=True))
+        assert np.array([found[name] for name in NUMBERS], dtype).T.tobytes() == numbers.tobytes()
+        assert (flags == np.array([found[name] for name in FLAGS]).T).all()
 
 
 @pytest.mark.parametrize("fmi", [2, 3])
