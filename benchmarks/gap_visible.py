@@ -5,8 +5,8 @@ Each setting is a rig, its sensors, a command and a sampling time. A machine is 
 uncertainties of the rig, and a record without effects is diagnosed, which tells the size from which
 on it would have shown each effect (`ehsid.harness.diagnosis.search.visible`). Then the machine gets
 the effect, of two thirds and of three halves of this size, and each record is diagnosed. Where two
-thirds are named a smaller size follows, where three halves are not a larger one, else the size
-itself.
+thirds are seen a smaller size follows, where three halves are not a larger one, else the size
+itself. Seen is an effect where the answer has a cause, and named where the cause is the effect.
 
 FOLDER keeps each finished diagnosis, so that an interrupted run goes on where it stopped. With
 --table FILE the table goes to FILE as Markdown.
@@ -159,6 +159,11 @@ def diagnosed(setting: Setting, seed: int, sizes: Mapping[str, float], effort: A
     return {"verdict": found.verdict, "sets": sets, "seen": seen, "seconds": found.seconds}
 
 
+def is_seen(row: Mapping[str, Any]) -> bool:
+    """Whether the answer has a cause, whatever its name."""
+    return row["verdict"] in ("effects", "ambiguous", "outside_catalogue")
+
+
 def is_named(effect: str, row: Mapping[str, Any]) -> bool:
     """Whether the answer has the effect, laws of friction as one, or two that act as it does."""
     able = {*effect_families((effect,)), *spelled_out((effect,))}
@@ -188,32 +193,40 @@ def run(folder: Path, number: int, seed: int, effort: Any, effect: str) -> dict[
     if limit == "none":
         return None
 
-    def named(power: int) -> bool:
+    named: dict[int, bool] = {}
+
+    def seen(power: int) -> bool:
         values = scaled(effect, sizes, STEP**power)
         path = folder / f"{name}-{effect}-{power}.json"
-        return is_named(effect, kept(path, lambda: diagnosed(setting, seed, values, effort)))
+        row = kept(path, lambda: diagnosed(setting, seed, values, effort))
+        named[power] = is_named(effect, row)
+        return is_seen(row)
 
     decided = limit == "record"
-    at = {power: named(power) for power in ((-1, 1) if decided else (1,))}
+    at = {power: seen(power) for power in ((-1, 1) if decided else (1,))}
     while decided and at[min(at)] and min(at) > -LADDER:
         power = min(at) - 1
-        at[power] = named(power)
+        at[power] = seen(power)
     while not at[max(at)] and max(at) < LADDER:
         power = max(at) + 1
-        at[power] = named(power)
+        at[power] = seen(power)
     if decided and at[1] and not at[-1]:
-        at[0] = named(0)
-    print(setting.words, effect, limit, at, flush=True)
-    return {"setting": setting.words, "effect": effect, "limit": limit, "named": at}
+        at[0] = seen(0)
+    print(setting.words, effect, limit, at, named, flush=True)
+    return {
+        "setting": setting.words,
+        "effect": effect,
+        "limit": limit,
+        "seen": at,
+        "named": named,
+    }
 
 
 def turn(row: Mapping[str, Any]) -> float:
-    """Size from which on the effect is named over the size that was told, from the ladder."""
-    named = [power for power, is_ in row["named"].items() if is_]
-    missed = [power for power, is_ in row["named"].items() if not is_]
-    first = min(named, default=LADDER + 1)
-    below = max((power for power in missed if power < first), default=first - 1)
-    return float(STEP ** (0.5 * (first + below)))
+    """Size from which on the effect is seen over the size that was told, from the ladder."""
+    first = min((power for power, is_ in row["seen"].items() if is_), default=LADDER + 1)
+    missed = [power for power, is_ in row["seen"].items() if not is_ and power < first]
+    return float(STEP ** (0.5 * (first + max(missed, default=first - 1))))
 
 
 def table(rows: list[dict[str, Any]]) -> str:
@@ -222,7 +235,7 @@ def table(rows: list[dict[str, Any]]) -> str:
     cells = {
         (row["effect"], row["setting"]): f"{turn(row):.2g}"
         if row["limit"] == "record"
-        else ("named" if row["named"][1] else "missed")
+        else ("seen" if row["seen"][1] else "missed")
         for row in rows
     }
     decided = [row for row in rows if row["limit"] == "record"]
@@ -231,16 +244,19 @@ def table(rows: list[dict[str, Any]]) -> str:
     for effect in dict.fromkeys(row["effect"] for row in rows):
         found = [cells.get((effect, setting), "-") for setting in settings]
         lines.append(f"| `{effect}` | " + " | ".join(found) + " |")
-    above = [row["named"][1] for row in rows]
-    below = [row["named"][-1] for row in decided]
+    above = [row["seen"][1] for row in rows]
+    below = [row["seen"][-1] for row in decided]
+    named = [row["named"][1] for row in rows if row["seen"][1]]
     ratios = [turn(row) for row in decided]
     return "\n".join(
         [
             *lines,
             "",
-            f"Named at three halves of the size: {sum(above)} of {len(above)}. Named at two "
-            f"thirds: {sum(below)} of {len(below)}. Ratio within a factor of {STEP:g}: {inside} of "
-            f"{len(decided)}; median {np.median(ratios):.2g}.",
+            f"- Seen at three halves of the size: {sum(above)} of {len(above)}; of these "
+            f"{sum(named)} with the effect in the answer.",
+            f"- Seen at two thirds of the size: {sum(below)} of {len(below)}.",
+            f"- Ratio within a factor of {STEP:g}: {inside} of {len(decided)}; median "
+            f"{np.median(ratios):.2g}.",
         ]
     )
 

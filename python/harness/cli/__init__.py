@@ -44,6 +44,10 @@ VERBS = (
         "Write a C++ or C header that starts the firmware's estimator from a model of a record.",
     ),
     Verb("apply", "Write valve tables, friction and loop gains of a machine for its controller."),
+    Verb(
+        "excite",
+        "Choose the signal that shows an effect best, and say from which size on it would be seen.",
+    ),
     Verb("simulate", "Simulate a rig on a logged command or on a test signal."),
     Verb(
         "rig new",

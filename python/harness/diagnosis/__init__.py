@@ -4,6 +4,7 @@
 from .data.floor import NoiseFloor, noise_floor
 from .decision.effect_selection import in_words
 from .diagnosis import diagnose
+from .excite import signals_for
 from .job import STAGES
 from .model.comparison import Compared, GapFigure, gap_figure
 from .model.fit import Fit, fit
@@ -30,4 +31,5 @@ __all__ = [
     "gap_figure",
     "in_words",
     "noise_floor",
+    "signals_for",
 ]

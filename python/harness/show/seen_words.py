@@ -64,16 +64,19 @@ def seen_sentence(seen: Sequence[CouldBeSeen], *, shown: bool = False) -> str:
     return ", ".join(parts)
 
 
+def seen_from(one: CouldBeSeen) -> str:
+    """Returns the size from which on an effect shows, such as "from 2 ms", or "at no size"."""
+    if one.limit == "none":
+        return "at no size"
+    way = "from" if _power(one) > 0.0 else "down from"
+    return f"{way} {seen_size(ParameterKey.of_effect(one.id, one.parameter), one.size)}"
+
+
 def seen_table(seen: Sequence[CouldBeSeen]) -> Table:
     """Returns for each effect the size from which on it shows, and what is to be known of it."""
     rows = []
     for one in seen:
         names = {name: ParameterKey.of_effect(one.id, name) for name in one.sizes}
-        told = names[one.parameter]
-        size = "at no size"
-        if one.limit != "none":
-            way = "from" if _power(one) > 0.0 else "down from"
-            size = f"{way} {seen_size(told, one.size)}"
         beside = [
             f"{value_name(key).partition(': ')[2]} {seen_size(key, one.sizes[name])}"
             for name, key in names.items()
@@ -82,7 +85,7 @@ def seen_table(seen: Sequence[CouldBeSeen]) -> Table:
         notes = [f"with {', '.join(beside)}"] if beside else []
         if one.limit == "least_size":
             notes.append("every sound servo has what is smaller")
-        rows.append((named_effect(one.id), size, "; ".join(notes)))
+        rows.append((named_effect(one.id), seen_from(one), "; ".join(notes)))
     return Table("", ("effect", "would have been seen", "note"), rows)
 
 

@@ -21,6 +21,7 @@ FILES: dict[str, Content] = {
 }
 SIMULATE = "ehsid simulate rig.toml --excitation steps"
 NEW = "ehsid rig new --rod 35mm --stroke 300mm --supply 120bar --rated-flow 38l/min --out new.toml"
+EXCITE = "ehsid excite rig.toml --out new.csv"
 CHECK = "ehsid rig check rig.toml record.csv"
 INJECT = "ehsid inject record.csv --rig rig.toml --out new.csv"
 HIL = "ehsid hil --port socket://127.0.0.1:9"
@@ -241,6 +242,10 @@ CASES = (
     option("curves of no valve", f"{NEW} --bore '63 mm' --curves record.csv", "no test of a valve"),
     option("two machines for a controller", "ehsid apply rig.toml rig.toml", "a second one"),
     option("a loop faster than fast", "ehsid apply rig.toml --speed 2", "--speed 2", "1, fast"),
+    option("no effect to excite", f"{EXCITE} --for friction", "--for", "friction"),
+    option("a sampling time of 0 to excite", f"{EXCITE} --for valve_lag --dt 0", "--dt", "0.1 s"),
+    option("an effect that is told already", f"{EXCITE} --for coulomb_friction", "rig file has it"),
+    option("an effect that needs no signal", f"{EXCITE} --for sensor_quantisation", "no signal"),
     option("no record to check", "ehsid rig check rig.toml", "RECORD"),
     option("a sampling time of 0 for a check", f"{CHECK} --dt 0", "--dt", "above 0"),
     option(

@@ -47,6 +47,9 @@ COMMANDS = {
     "simulate": Command(
         "simulate rig.toml --command run.csv --out out/sim.npz", ("sim.npz", "sim.png")
     ),
+    "excite": Command(
+        "excite rig.toml --for transport_delay --dt 0.01 --out out/delay.csv", ("delay.csv",)
+    ),
     "inject": Command(
         "inject run.csv --rig rig.toml --effect gain --set factor=1.1 --out out/made.csv",
         ("made.csv", "made.csv.answer.json"),
@@ -74,7 +77,8 @@ COMMANDS = {
         ),
     ),
 }
-WITH_INPUTS = [name for name in COMMANDS if name not in ("gap-fleet", "gap-check", "gap-calibrate")]
+WITHOUT = ("excite", "gap-fleet", "gap-check", "gap-calibrate")
+WITH_INPUTS = [name for name in COMMANDS if name not in WITHOUT]
 
 
 def write_log(folder: Path) -> None:
@@ -180,7 +184,7 @@ def test_a_file_of_somebody_else_is_refused_before_the_work(name: str, here: Pat
 
 
 @pytest.mark.parametrize(
-    "name", [name for name in COMMANDS if name not in ("export", "simulate", "inject")]
+    "name", [name for name in COMMANDS if name not in ("export", "simulate", "excite", "inject")]
 )
 def test_a_place_that_cannot_be_written_to_is_refused_before_the_work(
     name: str, here: Path, monkeypatch: pytest.MonkeyPatch

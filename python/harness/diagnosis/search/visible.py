@@ -238,6 +238,11 @@ def stays(ground: Ground, effect: str, sizes: Mapping[str, float]) -> FloatArray
     return _refit(problem, linear, ground.x)
 
 
+def beyond(ground: Ground, effect: str, sizes: Mapping[str, float]) -> float:
+    """How far records are above what suffices to see an effect of these sizes; 0 just suffices."""
+    return _excess(ground, effect, sizes, stays(ground, effect, sizes), 0.0)
+
+
 def shown(ground: Ground, effect: str, sizes: Mapping[str, float]) -> tuple[Problem, Linear | None]:
     """The problem of explaining what an effect shows, linearised; None where it diverges."""
     with_effect = ground.case.problem((*ground.effects, effect), unseen=True, laws=ground.laws)
@@ -317,11 +322,11 @@ def _excess(
     # Errors and what stays may agree by chance: their product has the variance 4 P D / n.
     variance = counts * stay * ground.left / (stay + other) ** 2
     chance = scale * math.sqrt(float(variance.sum()))
-    beyond = margin(effect, effect_values(effect, sizes), ground.case.rig)
-    price = EFFECT * law_count((effect,)) + SMALL * (1.0 - beyond) + math.log(FALSE_ALARM / MISSED)
+    above = margin(effect, effect_values(effect, sizes), ground.case.rig)
+    price = EFFECT * law_count((effect,)) + SMALL * (1.0 - above) + math.log(FALSE_ALARM / MISSED)
     # Whitened by what stays in any case, the effect is a signal in white noise.
     distance = math.sqrt(float(np.sum(counts * stay / np.maximum(ground.left, 1e-300))))
-    return min((gain - OF_POWER * chance) / price, distance / (OF_POWER + OF_ALARM)) - 1.0
+    return float(min((gain - OF_POWER * chance) / price, distance / (OF_POWER + OF_ALARM)) - 1.0)
 
 
 def _needed(excess: Callable[[float], float]) -> float:
