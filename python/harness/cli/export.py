@@ -174,7 +174,7 @@ def export_command(
         Path | None,
         typer.Option(
             help="file to write; default servo_configuration.hpp, .h with --c, servo_estimator.c "
-            "with --c-source, .st with --st",
+            "with --c-source, .st with --st, RIG.fmu with a rig file",
             show_default=False,
         ),
     ] = None,
