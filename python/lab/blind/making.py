@@ -105,6 +105,7 @@ def _word(value: Any) -> str:
 SEAL = "seal.json"
 ANSWERS = "answers.json"
 CASES, TRANSFER, RESULTS = "cases", "transfer", "results"
+EDITED = "edited"  # records of machines whose effects were changed; older checks have none
 
 
 @dataclass(frozen=True)
@@ -114,7 +115,7 @@ class Seal:
     answers_sha256: str
     """SHA-256 of `answers.json`."""
     files: dict[str, str]
-    """SHA-256 of all files in `cases` and `transfer`, by path below the check's folder."""
+    """SHA-256 of all files in `cases`, `transfer` and `edited`, by path below the check."""
     settings: Settings
     """Settings with which the cases were made."""
     ehsid_version: str
@@ -122,12 +123,12 @@ class Seal:
 
 
 def _sealed_files(out: Path) -> Iterator[Path]:
-    for name in (CASES, TRANSFER):
+    for name in (CASES, TRANSFER, EDITED):
         yield from sorted(path for path in (out / name).rglob("*") if path.is_file())
 
 
 def write_seal(out: Path, settings: Settings) -> Seal:
-    """Writes the seal of the answers, cases and transfer records in the folder, and returns it."""
+    """Writes the seal of the answers, cases and withheld records in the folder, and returns it."""
     seal = Seal(
         sha256_of(out / ANSWERS),
         {path.relative_to(out).as_posix(): sha256_of(path) for path in _sealed_files(out)},
@@ -187,7 +188,7 @@ Making = Callable[[], tuple[str, dict[str, Any]]]
 
 
 def make_check(out: Path, settings: Settings, progress: Progress | None = None) -> Seal:
-    """Writes `cases`, `transfer`, `answers.json` and `seal.json` into a new folder.
+    """Writes `cases`, `transfer`, `edited`, `answers.json` and `seal.json` into a new folder.
 
     All files are put in place together at the end. A folder without a seal is no check.
 
@@ -198,7 +199,7 @@ def make_check(out: Path, settings: Settings, progress: Progress | None = None) 
     ImportError
         numba is not installed.
     """
-    names = (f"{CASES}/*", f"{TRANSFER}/*", ANSWERS, SEAL)
+    names = (f"{CASES}/*", f"{TRANSFER}/*", f"{EDITED}/*", ANSWERS, SEAL)
     with result_folder(out, RESULT, names) as folder:
         if any(path.name != FOLDER for path in out.iterdir()):
             raise ValueError(f"--out {out}: has files, but no {SEAL} of a check; name a new folder")
@@ -234,6 +235,7 @@ def making_tasks(folder: Path, settings: Settings) -> Sequence[Making]:
             seconds=settings.seconds,
             transfer=folder / TRANSFER,
             among=cast(ExcitationSet, settings.excitations),
+            edited=folder / EDITED,
         )
         for i in range(settings.count)
     ]

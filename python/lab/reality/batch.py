@@ -104,10 +104,12 @@ def write_drawn_case(
     effects: Sequence[str] | None = None,
     transfer: Path | None = None,
     among: ExcitationSet = "all",
+    edited: Path | None = None,
 ) -> tuple[str, dict[str, Any]]:
     """Writes one case and returns its name and answer.
 
-    The transfer record goes to `transfer`/NAME.csv.
+    The transfer record goes to `transfer`/NAME.csv, those after a change of the effects to
+    `edited`/NAME/EDIT.csv, by the names of `case.EDITS`.
     """
     case = make_case(
         seed,
@@ -119,11 +121,16 @@ def write_drawn_case(
         seconds=draw_seconds(seed, grade) if seconds is None else seconds,
         dt_s=draw_sampling_time(seed, grade),
         among=among,
+        edited=edited is not None,
     )
     write_case(case, folder / case.name)
     if transfer is not None:
         transfer.mkdir(parents=True, exist_ok=True)
         write_text(transfer / f"{case.name}.csv", record_text(case.transfer))
+    if edited is not None:
+        for edit, record in case.edited.items():
+            (edited / case.name).mkdir(parents=True, exist_ok=True)
+            write_text(edited / case.name / f"{edit}.csv", record_text(record))
     return case.name, dict(case.answer)
 
 

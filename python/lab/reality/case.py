@@ -14,7 +14,7 @@ import numpy as np
 from ehsid.harness.base.numbers import FloatArray
 
 from . import machine as equations
-from .effects import ADDED_EFFECTS, CATALOGUE, EXCLUSIVE_PAIRS, Effect, Sizes
+from .effects import ADDED_EFFECTS, CATALOGUE, EXCLUSIVE_PAIRS, Effect, Sizes, sized
 from .excitation import (
     EXCITATION_SETS,
     EXCITATIONS,
@@ -43,6 +43,8 @@ from .variants import Grade, Variants, build, draw_structure, draw_variants, fam
 Kind = Literal["one", "two", "none", "params", "open"]
 Sensors = Literal["position", "pressures", "pressures+supply", "pressures+supply+spool"]
 KINDS: tuple[Kind, ...] = ("one", "two", "none", "params", "open")
+# After which share of the size of its effects is left a machine is recorded once more.
+EDITS: Mapping[str, float] = MappingProxyType({"removed": 0.0, "halved": 0.5})
 BEFORE_S = 1.0  # the machine runs for this time before the record begins
 LEAST_SLIDING_S = 1.5e-5  # in which the seals of a wide machine bend to where they slide
 
@@ -80,6 +82,9 @@ class RealityCase:
     truth: Truth
     healthy: Truth
     """Constants of the true machine, with the effects and without them."""
+    edited: Mapping[str, Mapping[str, FloatArray]]
+    """By a name of `EDITS` a further record, after the effects of the catalogue were removed or
+    halved; withheld, and only where it was asked for."""
 
 
 def make_case(
@@ -93,6 +98,7 @@ def make_case(
     seconds: float = 20.0,
     dt_s: float = 0.001,
     among: ExcitationSet = "all",
+    edited: bool = False,
 ) -> RealityCase:
     """Makes one blind case; the same arguments always make the same case.
 
@@ -110,6 +116,9 @@ def make_case(
         excitation of the first two records; drawn where None.
     among
         set of which the excitations of a wide case are drawn.
+    edited
+        whether to make records of the machine after its effects were changed, too. They have
+        streams of their own, one for both: the excitation of the second record is drawn anew.
 
     Raises
     ------
@@ -145,9 +154,15 @@ def make_case(
         machine = machine._replace(limit_power=2.7)
     variants = draw_variants(variant_rng) if wide else Variants()
     healthy = with_variants(machine, variants, ())
-    for effect, sizes in sizes_by_effect.items():
-        machine = _definition(effect).put(machine, sizes, structure["bristle_m"])
-    machine = with_variants(machine, variants, sizes_by_effect)
+    sound = machine
+
+    def with_sizes(sizes_by_effect: Mapping[str, Sizes]) -> Truth:
+        afflicted = sound
+        for effect, sizes in sizes_by_effect.items():
+            afflicted = _definition(effect).put(afflicted, sizes, structure["bristle_m"])
+        return with_variants(afflicted, variants, sizes_by_effect)
+
+    machine = with_sizes(sizes_by_effect)
     hard = grade == "hard"
     logger = draw_logger(logger_rng, rig, dt_s) if wide else usual_logger(rig, dt_s, hard)
 
@@ -158,7 +173,12 @@ def make_case(
     samples = round((seconds + BEFORE_S) / dt_s)
 
     def record(
-        excitation_kind: Excitation, is_open: bool, small: bool, draws: Draws
+        excitation_kind: Excitation,
+        is_open: bool,
+        small: bool,
+        draws: Draws,
+        machine: Truth = machine,
+        sizes_by_effect: Mapping[str, Sizes] = sizes_by_effect,
     ) -> dict[str, FloatArray]:
         weak_rad_s = None
         if is_open:
@@ -180,6 +200,16 @@ def make_case(
     kinds = EXCITATION_SETS[among] if wide else EXCITATIONS
     transfer_excitation = _another_excitation(transfer_rng, kinds, excitations)
     transfer = record(transfer_excitation, False, False, Draws(*transfer_rng.spawn(3)))
+    records_after = {}
+    if edited and kind in ("one", "two"):
+        for edit, share in EDITS.items():
+            left = {
+                effect: sized(sizes, share) for effect, sizes in sizes_by_effect.items() if share
+            }
+            own = np.random.default_rng(np.random.SeedSequence(seed).spawn(12)[11])
+            records_after[edit] = record(
+                excitations[1], False, small, Draws(*own.spawn(3)), with_sizes(left), left
+            )
     answer: dict[str, Any] = {
         "kind": kind,
         "plant": plant,
@@ -212,7 +242,15 @@ def make_case(
             ),
         }
     return RealityCase(
-        name, rig_text(rig, f"rig-{name}"), train, validate, transfer, answer, machine, healthy
+        name,
+        rig_text(rig, f"rig-{name}"),
+        train,
+        validate,
+        transfer,
+        answer,
+        machine,
+        healthy,
+        records_after,
     )
 
 

@@ -38,6 +38,25 @@ class Effect:
     axis: bool = False  # it acts on a motor-driven axis, too
 
 
+# Powers with which parameters follow the size of their effect; 0 is the form of a law. All others
+# have 1.
+POWERS: Mapping[str, float] = {
+    "bandwidth_hz": -1.0,
+    "limit": -0.5,
+    "damping": 0.0,
+    "stribeck_velocity_m_s": 0.0,
+    "accumulator_capacitance_m3_pa": 0.0,
+    "frequency_hz": 0.0,
+    "period_m": 0.0,
+    "pressure_pa": 0.0,
+}
+
+
+def sized(sizes: Sizes, share: float) -> dict[str, float]:
+    """Returns sizes of an effect of which this share is left, above 0."""
+    return {name: size * share ** POWERS.get(name, 1.0) for name, size in sizes.items()}
+
+
 def signed(rng: np.random.Generator, low: float, high: float) -> float:
     """Draws a number between low and high, with either sign."""
     return float(rng.choice([-1.0, 1.0]) * rng.uniform(low, high))

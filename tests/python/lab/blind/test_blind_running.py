@@ -103,10 +103,14 @@ def test_a_check_has_all_grades_and_a_separate_file_of_answers(made: Path) -> No
         files = sorted(path.name for path in (made / "cases" / name).iterdir())
         assert files == ["rig.toml", "train.csv", "validate.csv"]
         assert (made / "transfer" / f"{name}.csv").is_file()
+        known = answers[name]["kind"] in ("one", "two")
+        edited = {path.stem for path in (made / "edited" / name).glob("*.csv")}
+        assert edited == ({"removed", "halved"} if known else set())
     assert sorted(path.name for path in made.iterdir()) == [
         ".ehsid",
         "answers.json",
         "cases",
+        "edited",
         "seal.json",
         "transfer",
     ]
@@ -125,8 +129,9 @@ def test_an_intact_check_passes(made: Path) -> None:
     check_file(made / "seal.json")
     seal = verify(made)
     assert seal.settings == TINY
-    # Each case has three files and a transfer record.
-    assert len(seal.files) == 4 * TINY.count
+    # Each case has three files and a transfer record; two more where its effects can be changed.
+    changed = sum(answer["kind"] in ("one", "two") for answer in answers_of(made).values())
+    assert len(seal.files) == 4 * TINY.count + 2 * changed > 4 * TINY.count
 
 
 @pytest.mark.parametrize("pattern", ["answers.json", "cases/*/rig.toml", "transfer/*.csv"])

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""The transfer record, which is withheld like the answer, and the length of the records."""
+"""Records that are withheld like the answer, and the length of the records."""
 
 import json
 from pathlib import Path
@@ -13,6 +13,7 @@ from ehsid.lab.reality import case as cases
 from ehsid.lab.reality import make_case
 from ehsid.lab.reality.batch import draw_sampling_time, draw_seconds, write_cases, write_drawn_case
 from ehsid.lab.reality.excitation import EXCITATION_SETS, EXCITATIONS
+from ehsid.lab.reality.truth import Truth
 from ehsid.lab.reality.variants import GRADES
 
 SHORT: dict[str, Any] = {"seconds": 1.0}
@@ -69,11 +70,47 @@ def test_the_first_two_records_do_not_depend_on_the_transfer_record(
 
 
 @pytest.mark.slow
-def test_the_transfer_record_is_written_to_its_own_folder(tmp_path: Path) -> None:
-    folder, transfer = tmp_path / "cases", tmp_path / "transfer"
+def test_records_after_a_change_are_of_the_same_machine(monkeypatch: pytest.MonkeyPatch) -> None:
+    """And the others are the same to the last bit, whether these are made or not."""
+    runs: list[Any] = []
+
+    def spy(machine: Truth, *arguments: Any) -> Any:
+        runs.append((machine, arguments))
+        return run(machine, *arguments)
+
+    run = cases.equations.run
+    monkeypatch.setattr(cases.equations, "run", spy)
+    sizes = {"valve_lag": {"bandwidth_hz": 20.0, "damping": 0.7}, "load_force": {"force_n": 400.0}}
+    options: dict[str, Any] = {"kind": "two", "effects": sizes, "seconds": 1.0}
+    before = make_case(5, "wide", **options)
+    assert not before.edited
+    runs.clear()
+    after = make_case(5, "wide", **options, edited=True)
+    for record in ("train", "validate", "transfer"):
+        for name, column in getattr(before, record).items():
+            np.testing.assert_array_equal(getattr(after, record)[name], column)
+    assert after.answer == before.answer
+    assert list(after.edited) == ["removed", "halved"]
+    step = {"sensor_step_m": 0.0}
+    (removed, others), (halved, others_of_halved) = runs[3:]
+    assert removed._replace(**step) == before.healthy._replace(**step)
+    assert halved.load_n == 200.0
+    assert halved.spool_rad_s == pytest.approx(2.0 * before.truth.spool_rad_s)
+    fields = {"load_n": 0.0, "spool_rad_s": 0.0, "spool_damping": 0.0, **step}
+    assert halved._replace(**fields) == before.healthy._replace(**fields)
+    for one, other in zip(others[1:], others_of_halved[1:], strict=True):
+        np.testing.assert_array_equal(one, other)
+    assert not make_case(5, "wide", "params", seconds=1.0, edited=True).edited
+
+
+@pytest.mark.slow
+def test_withheld_records_are_written_to_folders_of_their_own(tmp_path: Path) -> None:
+    folder, transfer, edited = (tmp_path / name for name in ("cases", "transfer", "edited"))
     name, answer = write_drawn_case(
-        folder, 3, "plain", "one", "pressures", seconds=1.0, transfer=transfer
+        folder, 3, "plain", "one", "pressures", seconds=1.0, transfer=transfer, edited=edited
     )
+    assert [path.name for path in edited.iterdir()] == [name]
+    assert sorted(path.name for path in (edited / name).iterdir()) == ["halved.csv", "removed.csv"]
     names = sorted(path.name for path in (folder / name).iterdir())
     assert names == ["rig.toml", "train.csv", "validate.csv"]
     assert [path.name for path in transfer.iterdir()] == [f"{name}.csv"]

@@ -24,7 +24,7 @@ from ehsid.lab.reality import make_case, write_case
 from ehsid.lab.reality.__main__ import app
 from ehsid.lab.reality.batch import draw_kind, write_cases
 from ehsid.lab.reality.case import COLUMNS, KINDS, start_state
-from ehsid.lab.reality.effects import ADDED_EFFECTS, CATALOGUE, EXCLUSIVE_PAIRS
+from ehsid.lab.reality.effects import ADDED_EFFECTS, CATALOGUE, EXCLUSIVE_PAIRS, sized
 from ehsid.lab.reality.nominal_rig import UNCERTAINTY
 from ehsid.lab.reality.unnamed import OUTSIDE
 from ehsid.lab.reality.variants import GRADES
@@ -70,6 +70,12 @@ def test_the_catalogue_is_that_of_the_diagnosis() -> None:
         for name in {**CATALOGUE, **ADDED_EFFECTS}
     }
     assert drawn == {name: catalogue[name] for name in catalogue.keys() - NOT_MADE}
+    for effect in ehsid.effects():
+        assert (
+            sized(dict.fromkeys(catalogue[effect.id], 1.0), 0.5)
+            == {parameter.name: 0.5**parameter.power for parameter in effect.parameters}
+            or effect.id in NOT_MADE
+        )
     subsystems = {effect.id: effect.subsystem for effect in ehsid.effects()}
     for name, effect in {**CATALOGUE, **ADDED_EFFECTS}.items():
         assert effect.subsystem == subsystems[name]
