@@ -8,6 +8,7 @@ from ehsid.harness.base.encoding import json_schema
 from ehsid.harness.base.files import write_text
 from ehsid.harness.commissioning import Commissioning
 from ehsid.harness.diagnosis import schema
+from ehsid.harness.diagnosis.edits import EditTest
 from ehsid.harness.fitness import RigCheckFile
 from ehsid.harness.fleet import Fleet
 from ehsid.harness.models.estimation import Estimates
@@ -20,6 +21,7 @@ SCHEMAS = {
     "apply.json": json_schema(Commissioning, "apply.json of ehsid apply"),
     "calibration.json": json_schema(Calibration, "calibration.json of ehsid gap-calibrate"),
     "diagnosis.json": schema.json_schema(),
+    "edit.json": json_schema(EditTest, "edit.json of ehsid gap-edit"),
     "estimates.json": json_schema(Estimates, "estimates.json of ehsid estimate on a folder"),
     "fleet.json": json_schema(Fleet, "fleet.json of ehsid gap-fleet, schema version 1"),
     "hil.json": json_schema(HilFile, "hil.json of ehsid hil, schema version 1"),

@@ -112,6 +112,7 @@ PRODUCT: dict[str, set[str]] = {
         *("diagnosis/decision", "diagnosis/model", "diagnosis/search", "diagnosis/tables"),
         "rigs",
     },
+    "diagnosis/edits": {*BELOW_DIAGNOSIS, "diagnosis/model", "diagnosis/search"},
     "diagnosis/next_experiment": {*BELOW_DIAGNOSIS, "diagnosis/model", "signals/excitation"},
     "diagnosis": {
         *("diagnosis/data", "diagnosis/decision", "diagnosis/laws", "diagnosis/model"),
@@ -123,16 +124,30 @@ PRODUCT: dict[str, set[str]] = {
     "commissioning": {"diagnosis/tables", "firmware", "rigs", "signals/simulation"},
     "show": {
         "commissioning",
-        *("diagnosis/tables", "fitness", "fleet", "models/estimation", "models/identification"),
+        *(
+            "diagnosis/edits",
+            "diagnosis/tables",
+            "fitness",
+            "fleet",
+            "models/estimation",
+            "models/identification",
+        ),
         *("records", "rigs", "signals/simulation"),
     },
     "api": {
-        *("diagnosis", "diagnosis/tables", "models/estimation", "models/identification"),
+        *(
+            "diagnosis",
+            "diagnosis/edits",
+            "diagnosis/tables",
+            "models/estimation",
+            "models/identification",
+        ),
         *("records", "rigs", "simulators", "show", "signals/excitation", "signals/simulation"),
     },
     "cli": {
         "commissioning",
-        *("diagnosis", "diagnosis/data", "diagnosis/tables", "diagnosis/traces", "firmware"),
+        *("diagnosis", "diagnosis/data", "diagnosis/edits", "diagnosis/tables"),
+        *("diagnosis/traces", "firmware"),
         *("fitness", "fleet", "models/estimation", "models/identification", "records", "rigs"),
         *("show", "signals/injection", "signals/simulation"),
     },
@@ -146,14 +161,15 @@ GUESTS: dict[str, set[str]] = {
     "lab/reality": set(),
     "lab/blind": {"diagnosis", "diagnosis/tables", "lab/reality", "records", "rigs"},
     "lab/scoring": {
-        *("diagnosis/data", "diagnosis/decision", "diagnosis/model", "diagnosis/search"),
+        *("diagnosis/data", "diagnosis/decision", "diagnosis/edits", "diagnosis/model"),
+        "diagnosis/search",
         *("diagnosis/tables", "lab/blind", "records", "rigs"),
     },
     "lab/calibration": {
         *("diagnosis/decision", "diagnosis/search", "diagnosis/tables"),
         *("lab/blind", "lab/scoring"),
     },
-    "lab/pages": {"lab/calibration", "lab/scoring", "show"},
+    "lab/pages": {"diagnosis/edits", "lab/calibration", "lab/scoring", "show"},
     "lab/studies": {
         *("firmware", "hil", "models/identification", "records", "rigs", "show"),
         *("signals/excitation", "signals/simulation"),

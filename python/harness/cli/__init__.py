@@ -31,6 +31,10 @@ VERBS = (
         ManyValues,
     ),
     Verb(
+        "gap-edit",
+        "Test whether a change of the machine was what the diagnosis named: was it that?",
+    ),
+    Verb(
         "inject",
         "Put an effect of known size into the log of a real machine, to see whether it is found.",
     ),

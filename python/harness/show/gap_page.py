@@ -15,6 +15,7 @@ import polars as pl
 
 from ..base.files import write_text
 from ..catalogue.channels import shown_channel
+from ..diagnosis.edits import EditRun
 from ..diagnosis.result import Diagnosis, HeldOutRun, diagnosis_text
 from ..diagnosis.schema import NEXT_EXPERIMENT, Remark
 from ..records import Origin, Record
@@ -315,33 +316,29 @@ def write_diagnosis(
     write_text(folder / "report.html", render_diagnosis(diagnosis, lines, rig_file))
 
 
-def simulation_table(runs: Sequence[HeldOutRun]) -> pl.DataFrame:
-    """Returns the held-out samples inside windows with their simulations, one row for each sample.
+def simulation_table(
+    runs: Sequence[HeldOutRun | EditRun], kinds: Sequence[str] = tuple(SIMULATIONS)
+) -> pl.DataFrame:
+    """Returns the samples inside windows with their simulations, one row for each sample.
 
-    The columns are `record`, `time_s`, `window`, and for each output `OUTPUT_measured`,
-    `_nominal`, `_calibrated` and `_augmented`. Cells are empty where a record lacks the output.
-    Numbers have nine significant digits.
+    The columns are `record`, `time_s`, `window`, and for each output `OUTPUT_measured` and its
+    simulations, such as `_nominal`, `_calibrated` and `_augmented`, which are fields of the runs.
+    Cells are empty where a record lacks the output. Numbers have nine significant digits.
     """
     names = list(dict.fromkeys(name for run in runs for name in run.measured))
-    parts = [_part(run, names) for run in runs]
+    parts = [_part(run, names, ("measured", *kinds)) for run in runs]
     if not parts:
         return pl.DataFrame(schema={"record": pl.String, "time_s": pl.Float64, "window": pl.Int64})
     return pl.concat(parts).with_columns(pl.selectors.float().fill_nan(None).round_sig_figs(DIGITS))
 
 
-def _part(run: HeldOutRun, names: Sequence[str]) -> pl.DataFrame:
+def _part(run: HeldOutRun | EditRun, names: Sequence[str], kinds: Sequence[str]) -> pl.DataFrame:
     inside = run.window >= 0
-    kinds = {
-        "measured": run.measured,
-        "nominal": run.nominal,
-        "calibrated": run.calibrated,
-        "augmented": run.augmented,
-    }
     empty = np.full(run.time_s.size, np.nan)
     columns = {
-        f"{name}_{kind}": values.get(name, empty)[inside]
+        f"{name}_{kind}": getattr(run, kind).get(name, empty)[inside]
         for name in names
-        for kind, values in kinds.items()
+        for kind in kinds
     }
     return pl.DataFrame(
         {

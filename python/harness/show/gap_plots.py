@@ -33,6 +33,7 @@ from ..base.numbers import FloatArray
 from ..catalogue.channels import shown_channel
 from ..catalogue.parameters import plant_parameters
 from ..catalogue.spellings import ParameterKey
+from ..diagnosis.edits import EditRun
 from ..diagnosis.result import Diagnosis, HeldOutRun
 from ..diagnosis.schema import Calibrated, Estimate, HowFar, Span
 from ..records import Record
@@ -43,7 +44,7 @@ from .units import percent, percent_ends
 
 
 def curves_of(
-    run: HeldOutRun, name: str, kinds: Sequence[str], *, scale: float, most: int
+    run: HeldOutRun | EditRun, name: str, kinds: Sequence[str], *, scale: float, most: int
 ) -> dict[str, FloatArray]:
     """Returns the samples to draw, with a break at the end of each window.
 
@@ -56,7 +57,7 @@ def curves_of(
     name
         name of the output.
     kinds
-        kinds of simulation: "nominal", "calibrated", "augmented".
+        kinds of simulation: fields of the run, such as "nominal".
     scale
         factor from SI to the unit of the plot.
     most

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from itertools import groupby
 from typing import Any
 
@@ -10,6 +11,7 @@ from matplotlib.figure import Figure
 
 from ..base.error_words import printable
 from ..catalogue.channels import CHANNELS, Channel, shown_channel
+from ..diagnosis.edits import EditRun
 from ..diagnosis.result import HeldOutRun
 from ..records import Record
 from .gap_plots import curves_of
@@ -18,8 +20,9 @@ from .plotting import BLUE, GREEN, INK, VERMILION, stacked, styled
 
 # Columns that are no channels, as far as a page has room for their panels.
 MOST_COLUMNS = 8
-COLOURS = {"nominal": VERMILION, "calibrated": BLUE, "augmented": GREEN}
-STYLES = {"nominal": ":", "calibrated": "--", "augmented": "-"}
+# Of simulations, in their order.
+COLOURS = (VERMILION, BLUE, GREEN)
+STYLES = (":", "--", "-")
 # More samples than a line of this width can show.
 MOST_SAMPLES = 4000
 
@@ -55,21 +58,20 @@ def record_figure(record: Record) -> Figure:
 
 
 @styled
-def run_figure(run: HeldOutRun) -> Figure:
-    """Draws for each output measured and simulated values, and below them the errors."""
+def run_figure(run: HeldOutRun | EditRun, simulations: Mapping[str, str] = SIMULATIONS) -> Figure:
+    """Draws for each output measured and simulated values, and below them the errors.
+
+    simulations: labels of at most three simulations, by their fields of the run.
+    """
     count = len(run.measured)
     figure, panels = stacked(3.2 * count + 0.6, [2.0, 1.0] * count, xlabel="time in s")
     for upper, lower, name in zip(panels[::2], panels[1::2], run.measured, strict=True):
         words, scale, unit = shown_channel(name)
-        curves = curves_of(run, name, tuple(SIMULATIONS), scale=scale, most=MOST_SAMPLES)
+        curves = curves_of(run, name, tuple(simulations), scale=scale, most=MOST_SAMPLES)
         upper.plot(curves["time"], curves["measured"], color=INK, linewidth=3.0, alpha=0.35)
         upper.lines[0].set_label("measured")
-        for kind, label in SIMULATIONS.items():
-            line: dict[str, Any] = {
-                "color": COLOURS[kind],
-                "linestyle": STYLES[kind],
-                "linewidth": 1.2,
-            }
+        for (kind, label), color, style in zip(simulations.items(), COLOURS, STYLES, strict=False):
+            line: dict[str, Any] = {"color": color, "linestyle": style, "linewidth": 1.2}
             upper.plot(curves["time"], curves[kind], label=label, **line)
             lower.plot(curves["time"], curves[f"{kind}_error"], **line)
         upper.set_ylabel(f"{words} in {unit}")

@@ -240,6 +240,7 @@ CASES = (
     ),
     option("no such plant", f"{NEW} --bore '63 mm' --plant pump", "--plant", "axis"),
     option("curves of no valve", f"{NEW} --bore '63 mm' --curves record.csv", "no test of a valve"),
+    option("no diagnosis to edit", "ehsid gap-edit . record.csv", "no diagnosis.json", "name it"),
     option("two machines for a controller", "ehsid apply rig.toml rig.toml", "a second one"),
     option("a loop faster than fast", "ehsid apply rig.toml --speed 2", "--speed 2", "1, fast"),
     option("no effect to excite", f"{EXCITE} --for friction", "--for", "friction"),

@@ -30,7 +30,7 @@ def completed(line: str, shell: str = "bash") -> list[str]:
 @pytest.mark.parametrize(
     ("line", "offered"),
     [
-        ("ehsid ga", ["gap", "gap-fleet", "gap-check", "gap-calibrate"]),
+        ("ehsid ga", ["gap", "gap-edit", "gap-fleet", "gap-check", "gap-calibrate"]),
         ("ehsid rig ", ["new", "check"]),
         ("ehsid gap --exclude-effect coul", ["coulomb_friction", "coulomb_friction_sides"]),
         ("ehsid gap-fleet dir --fail-on no_gap,amb", ["no_gap,ambiguous"]),
