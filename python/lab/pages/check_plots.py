@@ -14,6 +14,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure as Drawing
 from matplotlib.ticker import FuncFormatter
 
+from ehsid.harness.diagnosis.edits.testing import AGREES
 from ehsid.harness.show.gap_words import plain_name
 from ehsid.harness.show.page import Table, Tagged
 from ehsid.harness.show.plotting import BLUE, GREEN, GREY, VERMILION, draw_numbers, styled
@@ -184,6 +185,28 @@ def promises_drawing(each: Sequence[Promises]) -> Drawing:
         axes.set_ylabel("realised on the third record, %")
         if promises.each:
             axes.legend()
+    return drawing
+
+
+@styled
+def edits_drawing(score: Score) -> Drawing:
+    """Draws the gap with the edit over that without it, both over that before the change."""
+    right = {case.name: case.names_right for case in score.cases}
+    drawing = Drawing(figsize=(9, 4.4))
+    panels = drawing.subplots(1, len(score.edits), squeeze=False, sharex=True, sharey=True)[0]
+    for axes, edits in zip(panels, score.edits, strict=True):
+        for wanted, colour, label in ((True, MET, "right names"), (False, MISSED, "other names")):
+            some = [one for one in edits.each if right[one.case] == wanted]
+            x, y = [one.found / one.own for one in some], [one.over_own for one in some]
+            axes.plot(x, y, "o", color=colour, markersize=5, alpha=0.7, label=label)
+        axes.set_xscale("log")
+        axes.set_yscale("log")
+        axes.axline((1.0, 1.0), (2.0, 2.0), color="0.6", linewidth=1.0, linestyle="--")
+        axes.axhline(AGREES, color=GREEN, linewidth=1.0)
+        axes.set_title(f"effects {edits.edit}")
+        axes.set_xlabel("gap of the rig as found, over that before")
+        axes.legend()
+    panels[0].set_ylabel("gap of the edited rig, over that before")
     return drawing
 
 

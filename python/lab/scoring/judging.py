@@ -227,6 +227,28 @@ class Transfer:
 
 
 @dataclass(frozen=True)
+class Edited:
+    """The found rig on a record after the effects of its machine were changed; gaps are nrmse."""
+
+    case: str
+    edit: str
+    """Name of the case, and "removed" or "halved": what became of the effects of the machine, and
+    of those that were named."""
+    own: float
+    """Gap of the found rig on the held-out record of its diagnosis, before the change."""
+    found: float
+    edited: float
+    """Gaps on the new record, of the found rig and of the edited one."""
+    left: Estimate | None
+    """Share of the named sizes that the new record shows to be left; None where it shows none."""
+
+    @property
+    def over_own(self) -> float:
+        """Gap of the edited rig over its own before the change."""
+        return self.edited / self.own
+
+
+@dataclass(frozen=True)
 class ScoredCase:
     """A finished case; `transfer` is None without a third record or without compared outputs."""
 
@@ -235,6 +257,14 @@ class ScoredCase:
     findings: Findings
     judgement: Judgement
     transfer: Transfer | None = None
+    edits: tuple[Edited, ...] = ()
+
+    @property
+    def names_right(self) -> bool:
+        """Whether exactly the true effects were named, whatever the verdict."""
+        return self.known and is_exactly(
+            [effect.id for effect in self.findings.named], self.answer.effects
+        )
 
     @property
     def gap_size(self) -> str:

@@ -23,6 +23,7 @@ from .baselines import (
     promises,
     transfer_of,
 )
+from .edits import EditFigures, edit_figures, edits_of
 from .figures import (
     Figure,
     Reliability,
@@ -88,6 +89,9 @@ class Results:
     """All cases that are not right, the worst first."""
     contradictions: tuple[Contradiction, ...]
     """Cases whose diagnosis contradicts itself, by name; there should be none."""
+    edits: tuple[EditFigures, ...] = ()
+    """The found rigs after the effects of their machines were removed, and after they were halved;
+    none in a check that has no such records."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -169,10 +173,11 @@ def _scored(
 ) -> tuple[ScoredCase, float | None]:
     try:
         transfer = None if findings.verdict == FAILED else transfer_of(out, name, findings)
+        edits = edits_of(out, name, findings)
     except ValueError as error:
         # Errors of records and rigs cannot return from another process; a plain ValueError can.
         raise ValueError(f"case {name}: {error}") from None
-    case = ScoredCase(name, answer, findings, judge(answer, findings), transfer)
+    case = ScoredCase(name, answer, findings, judge(answer, findings), transfer, edits)
     return case, independent_samples(out, name, findings)
 
 
@@ -209,6 +214,7 @@ def score_cases(
             for case in sorted(cases, key=lambda case: case.name)
             if case.findings.contradictions
         ),
+        edits=edit_figures(cases),
         cases=tuple(cases),
         seal=seal,
     )
