@@ -70,7 +70,7 @@ def print_diagnosis(
         print_points((f"{plain_name(effect.id)}: {effect.why}" for effect in unjudged), console)
     small = seen_sentence(diagnosis.could_be_seen)
     if small:
-        console.print(f"\nNot seen would have been {small}; the report has all effects.")
+        console.print(f"\nWould not have been seen: {small}; the report has all effects.")
     for remark in told_remarks(diagnosis):
         if remark in shown:
             continue

@@ -26,18 +26,19 @@ ASKED_IN = MappingProxyType(
 # Effects that are asked for first, and how many of them a sentence has.
 ASKED_FIRST = ("internal_leakage", "coulomb_friction", "valve_dead_band", "transport_delay")
 IN_SENTENCE = 3
+DIGITS = 2
 
 
 def seen_size(name: str, size: float) -> str:
     """Returns a size, SI, of a parameter given by its full name, in the unit that is asked for."""
     for start, (unit, factor) in ASKED_IN.items():
         if ParameterKey(name).parameter.startswith(start):
-            return quantity(_rounded(factor * size), unit)
-    return quantity(_rounded(size), unit_of(name))
+            return quantity(_rounded(factor * size), unit, DIGITS)
+    return quantity(_rounded(size), unit_of(name), DIGITS)
 
 
 def _rounded(size: float) -> float:
-    return float(f"{size:.2g}")
+    return float(f"{size:.{DIGITS}g}")
 
 
 def _power(one: CouldBeSeen) -> float:
@@ -99,7 +100,7 @@ def seen_blocks(seen: Sequence[CouldBeSeen]) -> list[Block]:
         f"size from which on these records would have shown it, with a power of {percent(0.9)} and "
         "with what the simulator leaves unexplained in them."
     )
-    first = [f"Not seen would have been: {sentence}."] if sentence else []
+    first = [f"Would not have been seen: {sentence}."] if sentence else []
     return [
         *first,
         Folded(f"How small a cause could be ({len(seen)} effects)", [text, seen_table(seen)]),
