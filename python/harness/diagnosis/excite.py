@@ -106,7 +106,9 @@ def _check(rig: Rig, effect: str) -> None:
             f"--for {effect}: the rig file has it already: leave its section [effects.{effect}] out"
         )
     if not effect_starts(effect, rig):
-        raise ValueError(f"--for {effect}: any record shows it by itself; no signal is needed")
+        raise ValueError(
+            f"--for {effect}: any record shows it by itself; take any motion, no signal is needed"
+        )
     stroke = rig.values.get("cylinder.stroke_m", math.inf)
     if not (math.isfinite(command_limit(rig)) and math.isfinite(stroke)):
         raise ValueError(

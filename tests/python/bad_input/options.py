@@ -245,7 +245,7 @@ CASES = (
     option("a loop faster than fast", "ehsid apply rig.toml --speed 2", "--speed 2", "1, fast"),
     option("no effect to excite", f"{EXCITE} --for friction", "--for", "friction"),
     option("a sampling time of 0 to excite", f"{EXCITE} --for valve_lag --dt 0", "--dt", "0.1 s"),
-    option("an effect that is told already", f"{EXCITE} --for coulomb_friction", "rig file has it"),
+    option("an effect that is told already", f"{EXCITE} --for valve_lag", "rig file has it"),
     option("an effect that needs no signal", f"{EXCITE} --for sensor_quantisation", "no signal"),
     option("no record to check", "ehsid rig check rig.toml", "RECORD"),
     option("a sampling time of 0 for a check", f"{CHECK} --dt 0", "--dt", "above 0"),
