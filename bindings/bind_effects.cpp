@@ -402,7 +402,9 @@ has_valve : bool
           "None.")
       .def_property_readonly(
           "nuisance", [](const EffectDescription& e) { return text_or_none(e.nuisance); },
-          "Full name of the nuisance that stands for it within tolerances, or None.")
+          "Full names of the nuisances that stand for it within tolerances, with spaces between "
+          "them, or "
+          "None.")
       .def_property_readonly(
           "not_below", &not_below,
           "Pairs of names of parameters of which the first must not be below the second.")

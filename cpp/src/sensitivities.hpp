@@ -55,6 +55,12 @@ void run_with(const Simulation& run, const std::vector<Scalar>& values,
       plant.align(state);
     }
     use(k, in_order(plant.read()));
+    if (k == 0) {
+      plant.foresee(logged.command[0]);
+    }
+    if (k + 1 < logged.samples) {
+      plant.foresee(logged.command[k + 1]);
+    }
     plant.advance(logged.command[k]);
   }
 }

@@ -53,6 +53,7 @@ class MadeCase:
     rig = RIG
     all_states = False
     engine = None
+    unknown: Mapping[bool, Any] = MappingProxyType({})
     pressures = True
 
     def parameters(self, effects: Sequence[str] = ()) -> tuple[Parameter, ...]:

@@ -148,7 +148,7 @@ class Reference:
         force = -self.load(y)
         if self.hydraulic:
             at_rest = self.opening(x if self.spool[0] > 0.0 else u)
-            common = self.effect("valve_dead_band", "overlap")
+            common = self.effect("valve_dead_band", "overlap") + p["nuisance.edge_overlap"]
             out = common + self.effect("valve_dead_band_sides", "overlap_a")
             back = common + self.effect("valve_dead_band_sides", "overlap_b")
             sides, tank = p["nuisance.edge_overlap_sides"], p["nuisance.edge_overlap_tank"]

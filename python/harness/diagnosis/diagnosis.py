@@ -21,7 +21,13 @@ from .data.gate import gate, usable_part
 from .data.regimes import BOOTSTRAP_SEED, Regimes, visited
 from .deciding import EFFECT, FIT_TOGETHER, WORSE_HELD_OUT
 from .decision import results
-from .decision.effect_selection import Selection, least_loss, select_effects, with_inside
+from .decision.effect_selection import (
+    Selection,
+    least_loss,
+    percent,
+    select_effects,
+    with_inside,
+)
 from .decision.inside import Inside, evidence_of
 from .decision.posterior import left, with_law
 from .decision.verdict import Decision, decide
@@ -29,6 +35,7 @@ from .job import LOGGER, Begun, Pace, Watch, look_for
 from .laws.choosing import LawsFound, missing_laws
 from .laws.fitting import equation_shares
 from .laws.forms import sentence
+from .model import between_samples
 from .model.case import Case, make_case
 from .model.comparison import BLOCK_S
 from .model.differences import SimulatorEngine
@@ -245,6 +252,7 @@ def _diagnose(
         calibration=evaluation.calibration,
         remarks=(
             *remarks,
+            *_moving_command(case, evaluation.calibration),
             *simulator_remarks(
                 evaluation.case,
                 evaluation.decision.verdict,
@@ -268,6 +276,21 @@ def _diagnose(
             parameter.name: results.in_sigmas(parameter, values[parameter.name])
             for parameter in case.parameters()
         },
+    )
+
+
+def _moving_command(case: Case, calibration: Mapping[str, Calibrated]) -> tuple[Remark, ...]:
+    """Says where the controller is faster than the log, and what that costs."""
+    if not any(case.unknown.values()):
+        return ()
+    share = calibration[between_samples.NAME].found.value
+    return (
+        Remark(
+            "",
+            f"Between two samples the command moves by {percent(share)} of the way to the next "
+            "one, so that the controller is faster than the log. What it sent in between counts "
+            "as unknown, and small causes do not show: log every command of the controller",
+        ),
     )
 
 
@@ -408,6 +431,10 @@ def _evaluate(
     look: Look,
 ) -> _Evaluation:
     search_result = search(case, options.exclude, pace.within, look)
+    ahead = min(
+        (search_result.calibrated, *search_result.refined), key=lambda each: left(case, each)
+    )
+    case = case.with_unknown_commands(ahead.effects, ahead.x)
     selection = select_effects(case, search_result)
     inside: tuple[Inside, ...] = ()
     if case.engine is not None:

@@ -249,7 +249,7 @@ def test_an_effect_tells_all_that_is_asked_of_it(effect: ehsid.EffectInfo) -> No
     # The smaller of the sizes at which a fit starts may be one that every servo has.
     assert not effect.starts(MACHINE) or effect.matters(effect.starts(MACHINE)[-1], MACHINE)
     assert {*effect.does_not_commute} <= effects().keys()
-    assert effect.nuisance is None or effect.nuisance in plant_parameters()
+    assert {*(effect.nuisance or "").split()} <= plant_parameters().keys()
     for pair in effect.not_below:
         assert {*pair} <= ranges.keys()
 

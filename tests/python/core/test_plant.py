@@ -76,6 +76,7 @@ VARIED = [
     "nuisance.spool_damping",
     "nuisance.null_bias",
     "nuisance.edge_rounding",
+    "nuisance.edge_overlap",
     "nuisance.edge_overlap_sides",
     "nuisance.edge_overlap_tank",
     "nuisance.edge_gain_direction",
@@ -86,6 +87,7 @@ VARIED = [
     "nuisance.free_gas",
     "nuisance.bulk_slope",
     "nuisance.atmosphere",
+    "nuisance.between_samples",
     "nuisance.presliding_m",
     "nuisance.sliding_onset_m_s",
     "initial.position_m",
@@ -165,6 +167,8 @@ def test_sensitivities_are_the_slopes_of_the_simulation(name: str) -> None:
     values |= NEEDS.get(name, {})
     if name == "effects.transport_delay.delay_s":
         values[name] = 0.0043  # off the grid of steps, where the derivative has a corner
+    if name == "nuisance.between_samples":
+        values[name] = 0.4  # it is not below zero
     command = runs.steps(4, 60, 10, 6.0)
     index = runs.NAMES.index(name)
     _, partials = ehsid.simulate_plant(
@@ -219,6 +223,31 @@ def test_a_delay_of_whole_steps_has_the_slope_towards_longer_ones(delay_s: float
         assert scale > 0.0
         difference = np.abs(partials[0, :, 0, j] - slope[:, j])
         assert np.quantile(difference, 0.9) < 1e-3 * scale, OUTPUTS[j]
+
+
+@pytest.mark.parametrize("plant", ["ehs", "axis"])
+@pytest.mark.parametrize("delay_s", [0.0, 0.0013])
+def test_between_samples_the_command_moves_on_by_the_stated_share(
+    plant: str, delay_s: float
+) -> None:
+    """A record of every tenth sample of a command, and all of the command, in the same steps."""
+    every, dt_s, share = 10, 1e-3, 0.7
+    values = typical() | {"effects.transport_delay.delay_s": delay_s}
+    slow = 0.5 * runs.steps(6, 40, 4, 6.0)
+    within = np.arange(every) / every + 0.5 / every  # a step's mean is that of its middle
+    rises = np.diff(slow, append=slow[-1])
+    fast = (slow[:, np.newaxis] + share * rises[:, np.newaxis] * within).ravel()
+
+    def run(command: runs.FloatArray, step_s: float, substeps: int, between: float) -> Any:
+        vector = runs.vector(values | {"nuisance.between_samples": between})
+        return ehsid.simulate_plant(plant, vector, command, dt_s=step_s, substeps=substeps)[0][0]
+
+    expected = run(fast, dt_s, 4, 0.0)[::every]
+    found, held = (run(slow, every * dt_s, 4 * every, b) for b in (share, 0.0))
+    for j in range(2):
+        error, of_held = (np.abs(each[:, j] - expected[:, j]).max() for each in (found, held))
+        # Steps of a millisecond follow a rise within a sample to a twentieth of it, at least.
+        assert error < 0.02 * of_held, OUTPUTS[j]
 
 
 def test_sensitivities_in_one_call_are_those_one_by_one() -> None:

@@ -166,8 +166,16 @@ def test_random_rigs(seed: int) -> None:
     values["cylinder.rod_m"] = values["cylinder.bore_m"] * rng.uniform(0.3, 0.7)
     values["supply.pressure_pa"] = rng.uniform(7e6, 25e6)
     values["nuisance.flow_exponent"] = rng.uniform(0.47, 0.55)
-    for edge in ("pa", "at", "pb", "bt"):
-        values[f"nuisance.edge_{edge}"] = rng.uniform(-0.01, 0.01)
+    for edge in (
+        "overlap",
+        "overlap_sides",
+        "overlap_tank",
+        "gain_direction",
+        "gain_sides",
+        "gain_tank",
+    ):
+        assert f"nuisance.edge_{edge}" in values
+        values[f"nuisance.edge_{edge}"] = rng.uniform(-0.01, 0.004)
     for effect in rng.choice(sorted(EFFECTS.keys() - WITHOUT_RATE), size=2, replace=False):
         for parameter in EFFECTS[effect].parameters:
             size = parameter.typical * rng.uniform(0.5, 1.5)

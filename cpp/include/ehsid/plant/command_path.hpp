@@ -3,6 +3,7 @@
 
 #include <ehsid/plant/dual.hpp>
 
+#include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <vector>
@@ -11,13 +12,22 @@ namespace ehsid::plant {
 
 /// Sampled commands behind a delay: command k acts over [t_k + delay, t_k+1 + delay). Before the first one the command
 /// is zero.
+///
+/// A controller may be faster than the logger. Within a sample the command then moves on to the next one,
+///   u(t_k + s dt) = u_k + b s (u_k+1 - u_k),  0 <= s < 1,
+/// with b = 0 where it is held, 1/2 where the controller sends two commands a sample, towards 1 with many.
 template <class Scalar>
 class CommandPath {
  public:
   CommandPath() = default;
-  CommandPath(const Scalar& delay, double dt, std::size_t samples) : delay_(delay / dt) {
+  CommandPath(const Scalar& delay, double dt, std::size_t samples,
+              const Scalar& between = Scalar(0.0))
+      : delay_(delay / dt), between_(between), moves_(!is_nothing(between)) {
     commands_.reserve(samples);
   }
+
+  /// Number of commands so far.
+  std::size_t size() const { return commands_.size(); }
 
   void push(const Scalar& command) { commands_.push_back(command); }
 
@@ -43,20 +53,30 @@ class CommandPath {
     if (value_of(begin) - index < kRounding) {
       const Scalar before =
           (value_of(begin) - begin) * (1.0 / length);  // zero, but for its derivative
-      return at(k) + (at(k - 1) - at(k)) * before;
+      return within(k, begin - index + 0.5 * length) + (at(k - 1) - at(k)) * before;
     }
     if (value_of(until_next) >= length - kRounding) {
-      return at(k);
+      return within(k, begin - index + 0.5 * length);
     }
     const Scalar share = until_next / length;
-    return at(k) * share + at(k + 1) * (1.0 - share);
+    return within(k, 1.0 - until_next * 0.5) * share +
+           within(k + 1, (length - until_next) * 0.5) * (1.0 - share);
   }
 
+  /// The command at this share of a sample after command k; its mean over a part of the sample is that of the middle.
+  Scalar within(std::ptrdiff_t k, const Scalar& past) const {
+    return moves_ && k >= 0 ? at(k) + between_ * past * (at(k + 1) - at(k)) : at(k);
+  }
+
+  /// The last command is held.
   Scalar at(std::ptrdiff_t k) const {
-    return k < 0 ? Scalar(0.0) : commands_[static_cast<std::size_t>(k)];
+    const auto last = static_cast<std::ptrdiff_t>(commands_.size()) - 1;
+    return k < 0 ? Scalar(0.0) : commands_[static_cast<std::size_t>((std::min)(k, last))];
   }
 
-  Scalar delay_{};  // in samples
+  Scalar delay_{};    // in samples
+  Scalar between_{};  // b
+  bool moves_ = false;
   std::vector<Scalar> commands_;
 };
 

@@ -172,7 +172,7 @@ struct Effect {
   static constexpr const char* kContains = nullptr;
   /// Id of an effect that, together with the one of kContains, acts nearly as this one does.
   static constexpr const char* kTogetherWith = nullptr;
-  /// The nuisance that stands for the effect within the tolerance of any servo.
+  /// The nuisance that stands for the effect within the tolerance of any servo; several with spaces between them.
   static constexpr const char* kNuisance = nullptr;
   /// Pairs of parameters of which the first must not be below the second, by their places.
   static constexpr std::array<std::array<std::size_t, 2>, 0> kNotBelow{};

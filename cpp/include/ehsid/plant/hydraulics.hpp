@@ -178,14 +178,15 @@ Hydraulics<Scalar>::Hydraulics(const std::vector<Scalar>& values, const Effects<
 
   const Overlap<Scalar> overlap = effects.overlap();
   const SupplyLine<Scalar> line = effects.supply_line();
-  // Edges are not quite alike. What all share is the overlap and the rated flow, and what sets extending apart from
-  // retracting is a null bias: of four overlaps two differences are left, of four flows three.
+  // Edges are not quite alike. What all flows share is the rated one, and what sets extending apart from retracting is a
+  // null bias: of four overlaps their mean and two differences are left, of four flows three.
+  const Scalar common = value_at(values, Nuisance::edge_overlap);
   const Scalar sides = value_at(values, Nuisance::edge_overlap_sides);
   const Scalar tank = value_at(values, Nuisance::edge_overlap_tank);
-  overlap_pa_ = overlap.extending + sides - tank;
-  overlap_at_ = overlap.retracting + sides + tank;
-  overlap_pb_ = overlap.retracting - sides - tank;
-  overlap_bt_ = overlap.extending - sides + tank;
+  overlap_pa_ = overlap.extending + common + sides - tank;
+  overlap_at_ = overlap.retracting + common + sides + tank;
+  overlap_pb_ = overlap.retracting + common - sides - tank;
+  overlap_bt_ = overlap.extending + common - sides + tank;
   const Scalar direction_gain = value_at(values, Nuisance::edge_gain_direction);
   const Scalar sides_gain = value_at(values, Nuisance::edge_gain_sides);
   const Scalar tank_gain = value_at(values, Nuisance::edge_gain_tank);

@@ -124,6 +124,7 @@ enum class Nuisance : std::size_t {
   spool_slew,
   null_bias,
   edge_rounding,
+  edge_overlap,
   edge_overlap_sides,
   edge_overlap_tank,
   edge_gain_direction,
@@ -136,6 +137,7 @@ enum class Nuisance : std::size_t {
   free_gas,
   bulk_slope,
   atmosphere,
+  between_samples,
   count
 };
 
@@ -156,6 +158,9 @@ inline constexpr std::array<ParameterInfo, static_cast<std::size_t>(Nuisance::co
      "null bias of the valve as delivered", kRatedCommand, priors::spread(0.002)},
     {"nuisance.edge_rounding", "1", 1e-4, 0.03, 2e-3, "width of the rounded metering edges", 1.0,
      "rounding of the metering edges", kRatedCommand, priors::factor(0.7)},
+    {"nuisance.edge_overlap", "1", -0.02, 0.004, 0.0,
+     "overlap of all edges as delivered; less: they are open at null", 1.0,
+     "overlap of the metering edges as delivered", kRatedCommand, priors::spread(0.002)},
     {"nuisance.edge_overlap_sides", "1", -0.02, 0.02, 0.0,
      "overlap of both edges at A beyond the common one; less at B", 1.0,
      "overlap at A beyond that at B", kRatedCommand, priors::spread(0.005)},
@@ -188,6 +193,9 @@ inline constexpr std::array<ParameterInfo, static_cast<std::size_t>(Nuisance::co
     {"nuisance.atmosphere", "1", 0.0, 1.0, 1.0,
      "share of the atmosphere on the rod; 0 where pressures are gauge pressures", 1.0,
      "share of the atmosphere on the rod", "", priors::spread(0.5)},
+    {"nuisance.between_samples", "1", 0.0, 1.0, 0.0,
+     "move of the command towards the next sample; 0: held", 1.0,
+     "move of the command between samples", "", priors::spread(0.25)},
 }};
 
 enum class Initial : std::size_t { position, velocity, pressure_a, pressure_b, count };

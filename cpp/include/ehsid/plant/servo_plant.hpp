@@ -81,7 +81,13 @@ class ServoPlant {  // NOLINT(clang-analyzer-optin.performance.Padding)
   /// Outputs at this sample; the next command is not in them.
   Outputs<Scalar> read() const;
 
-  /// On to the next sample, the command, V, held until then.
+  /// The command, V, of the first sample that has none yet: told ahead, it can be moved on to (CommandPath). Told or not,
+  /// advance() needs that of its own sample.
+  void foresee(double command_v) {
+    commands_.push(effects_.command(command_v / rated_command_, h_ * substeps_));
+  }
+
+  /// On to the next sample, with the command of this one, V, which does not count where it was foreseen.
   void advance(double command_v);
 
   /// Largest angular frequency of the mass on oil and seals anywhere in the stroke, of what hangs on it, and of
@@ -241,7 +247,7 @@ ServoPlant<Scalar>::ServoPlant(PlantKind kind, const std::vector<Scalar>& values
       stroke_(value_at(values, RigValue::stroke)),
       middle_(kind == PlantKind::ehs ? stroke_ * 0.5 : Scalar(0.0)),
       force_gain_(value_at(values, RigValue::force_per_volt)),
-      commands_(effects_.delay(), dt, samples),
+      commands_(effects_.delay(), dt, samples, value_at(values, Nuisance::between_samples)),
       spool_(spool_of(kind, values, effects_, 0.5 * h_)),
       hydraulics_(values, effects_, load(value_at(values, Initial::position)),
                   kRadiansPerStep / h_),
@@ -408,7 +414,9 @@ Outputs<Scalar> ServoPlant<Scalar>::read() const {
 
 template <class Scalar>
 void ServoPlant<Scalar>::advance(double command_v) {
-  commands_.push(effects_.command(command_v / rated_command_, h_ * substeps_));
+  if (commands_.size() <= sample_) {
+    foresee(command_v);
+  }
 
   const double share = 1.0 / substeps_;
   for (int i = 0; i < substeps_; ++i) {

@@ -17,9 +17,10 @@ measured. The probabilities are exp(u), divided by their sum, of which the share
 over all hypotheses alike: a conditional logit (D. McFadden, in Frontiers in Econometrics, 1974),
 whose constants were fitted on machines with a known cause.
 
-Of a user's simulator left(S) in u(S) has a narrower tolerance where the best set shows it to be
-enough (`share_of_tolerance`), and UNCARRIED left(S*) / left(none) is added to u(outside), in
-proportion to the effects that the simulator cannot be given.
+Of a user's simulator, and where the command moves between samples, left(S) in u(S) has a narrower
+tolerance where the best set shows it to be enough (`share_of_tolerance`). Of a user's simulator
+UNCARRIED left(S*) / left(none) is added to u(outside), in proportion to the effects that it cannot
+be given.
 
 The constants of the probabilities as one value, so that others can be put in their place.
 
@@ -149,13 +150,15 @@ def _by_output(
 
 
 def share_of_tolerance(case: Case, candidates: Sequence[FittedCandidate]) -> float:
-    """Share of the tolerance of a user's simulator that the best candidate shows to be enough.
+    """Share of a tolerance that may be too large which the best candidate shows to be enough.
 
-    In each band where the tolerance is above the noise, what the candidate leaves above the noise
-    is compared with it; `OCTAVES_WITHIN` of all bands are within the share. 1 for our simulator,
-    and where the rig file states the tolerance.
+    It is that of a user's simulator, or of commands that nobody logged. In each band where it is
+    above the noise, what the candidate leaves above the noise is compared with it; `OCTAVES_WITHIN`
+    of all bands are within the share. 1 for our simulator on a log of all commands, and where the
+    rig file states the tolerance.
     """
-    if case.engine is None or case.engine.runs.section.tolerance is not None:
+    stated = case.engine is not None and case.engine.runs.section.tolerance is not None
+    if stated or (case.engine is None and not any(case.unknown.values())):
         return 1.0
     best = min(candidates, key=lambda candidate: left(case, candidate))
     shares: list[float] = []

@@ -11,6 +11,7 @@ from scipy.signal import welch
 
 import ehsid
 
+from ...base.numbers import FloatArray
 from ...catalogue.channels import CHAMBER_PRESSURES
 from ...catalogue.parameters import effects as catalogue
 from ...records import Record
@@ -18,6 +19,7 @@ from ...rigs import Rig
 from ..data.floor import NoiseFloor, sensor_floor
 from ..options import Effort
 from ..schema import WINDOW_S
+from .between_samples import unknown_command_power
 from .comparison import Blocks, Compared, compare, varying_outputs
 from .differences import SimulatorEngine
 from .fit import SUBSTEPS
@@ -63,6 +65,8 @@ class Case:
     """How many fits the search makes."""
     engine: SimulatorEngine | None = None
     """Runs of the simulator of the rig; None where that is ours."""
+    unknown: Mapping[bool, Mapping[str, FloatArray]] = field(default_factory=dict)
+    """Further power that is tolerated, by output, of the fitted (False) and the held-out data."""
     prepared: dict[tuple[Record, float, bool, Blocks], Compared] = field(default_factory=dict)
     """Results of `compare` so far, which the fits of all candidates share."""
 
@@ -85,9 +89,9 @@ class Case:
         """
         parameters = list(calibration_parameters(self.rig, pressures=self.pressures, unseen=unseen))
         for effect in effects:
-            # The effect replaces its nuisance. The nuisance is held but keeps its place in x.
-            nuisance = catalogue()[effect].nuisance
-            parameters = [p.held() if p.name == nuisance else p for p in parameters]
+            # The effect replaces its nuisances. They are held but keep their places in x.
+            nuisances = (catalogue()[effect].nuisance or "").split()
+            parameters = [p.held() if p.name in nuisances else p for p in parameters]
             start = effect_starts(effect, self.rig)[0]
             parameters += [
                 parameter for parameter, _ in effect_parameters(effect, start, self.rig.plant)
@@ -124,7 +128,21 @@ class Case:
             swinging=self.all_states,
             laws=laws,
             engine=self.engine,
+            unknown=self.unknown.get(held_out) if window_s == self.window_s else None,
         )
+
+    def with_unknown_commands(self, effects: Sequence[str], x: FloatArray) -> Case:
+        """The case with what the records do not tell of the command between their samples.
+
+        effects, x: the set that leaves least, and its fit.
+        """
+        if self.engine is not None:
+            return self
+        unknown = {
+            held_out: unknown_command_power(self.problem(effects, held_out=held_out), x)
+            for held_out in (False, True)
+        }
+        return replace(self, unknown=unknown)
 
     def _compared(
         self, record: Record, window_s: float, all_states: bool, blocks: Blocks

@@ -36,7 +36,12 @@ from ...rigs.simulator_section import own_name
 # the rig file is absolute or above the atmosphere; 0.5 is in the middle of both.
 UNSEEN_CENTRE = {"nuisance.atmosphere": 0.5}
 OF_HIDDEN_SPOOL = ("nuisance.spool_bandwidth_hz", "nuisance.spool_damping")
-FRICTION_NUISANCES = ("nuisance.presliding_m", "nuisance.sliding_onset_m_s")
+# Those of an axis without a valve.
+AXIS_NUISANCES = (
+    "nuisance.presliding_m",
+    "nuisance.sliding_onset_m_s",
+    "nuisance.between_samples",
+)
 
 # Smallest size of an effect in a fit, as a share of its largest size. A smaller effect is off.
 SMALLEST_SHARE = 1e-5
@@ -165,7 +170,7 @@ def _nuisances(rig: Rig, pressures: bool) -> list[Parameter]:
             continue
         if rig.plant == "simulator" and name not in OUTSIDE_NUISANCES:
             continue
-        if rig.plant in ("axis", "linear") and name not in FRICTION_NUISANCES:
+        if rig.plant in ("axis", "linear") and name not in AXIS_NUISANCES:
             continue
         if name in OF_HIDDEN_SPOOL and rig_has_lag:
             continue

@@ -73,6 +73,8 @@ class Problem:
         tables whose values the fit determines, too; their parameters follow the others in x.
     engine
         runs of the simulator of the rig, where that is not ours.
+    unknown
+        further power that is tolerated, by output, shape (BANDS,): see `between_samples`.
     """
 
     def __init__(
@@ -89,6 +91,7 @@ class Problem:
         swinging: bool = False,
         laws: Sequence[Law] = (),
         engine: SimulatorEngine | None = None,
+        unknown: Mapping[str, FloatArray] | None = None,
     ) -> None:
         if not records or not outputs:
             raise ValueError("there is no record or no output to compare")
@@ -110,6 +113,7 @@ class Problem:
         self._basis = block_basis(self.laws)
         self._columns = [OUTPUTS.index(name) for name in self.outputs]
         self._engine = engine
+        self._unknown = {} if unknown is None else unknown
         of_simulator = np.array([rig.values[name] for name in own])
         self._base = np.hstack(
             [self.rig.plant_values(fixed), self.rig.table_values(), of_simulator]
@@ -157,12 +161,16 @@ class Problem:
             white = self.floors[name] ** 2 * gain
             noise = np.maximum(white, rounding)
             of_motion = self._tolerance(name) ** 2 * motion
+            unknown = self._unknown.get(name)
             likelihoods[name] = OutputLikelihood(
                 self.spectrum,
                 independent,
-                noise + of_motion + self._least(name, motion),
+                noise
+                + of_motion
+                + self._least(name, motion)
+                + (np.zeros(BANDS) if unknown is None else unknown),
                 self.white,
-                of_motion,
+                of_motion if unknown is None else unknown,
             )
         return likelihoods
 

@@ -61,7 +61,8 @@ class OutputLikelihood:
     """True if the disturbance has the same variance in all bands. The largest errors then decide,
     which leads a fit from far away to the neighbourhood of its minimum."""
     of_motion: FloatArray | None = None
-    """The part tolerance^2 M_b of what is tolerated, shape (BANDS,)."""
+    """The part of what is tolerated that may be too much, shape (BANDS,): tolerance^2 M_b, or that
+    of commands that nobody logged."""
 
     def narrowed(self, share: float) -> OutputLikelihood:
         """The likelihood with a tolerance of this share, 0 to 1, of what it is."""

@@ -24,6 +24,7 @@ struct ValveDeadBand : Effect<Scalar> {
 
   static constexpr std::array kNeeds{Need::commands_about_null};
   static constexpr Reach kReach = Reach::within;
+  static constexpr const char* kNuisance = "nuisance.edge_overlap";
   static constexpr LogPlace kLogPlace = LogPlace::command;
   static constexpr std::array kDoesNotCommute{"valve_hysteresis", "valve_lag", "valve_null_bias",
                                               "valve_flow_saturation"};

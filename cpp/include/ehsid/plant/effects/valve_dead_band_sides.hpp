@@ -31,7 +31,7 @@ struct ValveDeadBandSides : Effect<Scalar> {
 
   static constexpr std::array kNeeds{Need::commands_about_null, Need::motion_reversals};
   static constexpr Reach kReach = Reach::within;
-  static constexpr const char* kNuisance = "nuisance.null_bias";
+  static constexpr const char* kNuisance = "nuisance.null_bias nuisance.edge_overlap";
   static constexpr LogPlace kLogPlace = LogPlace::command;
   static constexpr std::array kDoesNotCommute{"valve_hysteresis", "valve_lag", "valve_null_bias",
                                               "valve_flow_saturation"};
