@@ -67,6 +67,10 @@ class MadeCase:
             )
         )
 
+    def with_lost_phase(self, _effects: Sequence[str], _x: object) -> MadeCase:
+        """No phase is lost."""
+        return self
+
     def problem(self, *, held_out: bool = False) -> _Problem:
         """Both parts of the data have the same windows."""
         return _Problem({"position_m": LIKELIHOOD})

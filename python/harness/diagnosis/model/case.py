@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -26,6 +26,8 @@ from .fit import SUBSTEPS
 from .parameters import Law, Parameter, calibration_parameters, effect_parameters
 from .problem import Problem
 from .scale import effect_starts
+from .spectrum import BANDS
+from .unsteadiness import lost_phase_power
 
 # A record is a limit cycle where more than the share MOSTLY_SWINGS of the power of its pressure
 # (without pressures: of its speed) lies above SWING_HZ, which commands do not reach. It is compared
@@ -136,12 +138,31 @@ class Case:
 
         effects, x: the set that leaves least, and its fit.
         """
+        return self._tolerating(unknown_command_power, effects, x)
+
+    def with_lost_phase(self, effects: Sequence[str], x: FloatArray) -> Case:
+        """The case with what no simulator tells of a motion that sticks and slips, or swings.
+
+        effects, x: the set whose motion it is, and its fit.
+        """
+        return self._tolerating(lost_phase_power, effects, x)
+
+    def _tolerating(
+        self,
+        power: Callable[[Problem, FloatArray], Mapping[str, FloatArray]],
+        effects: Sequence[str],
+        x: FloatArray,
+    ) -> Case:
         if self.engine is not None:
             return self
-        unknown = {
-            held_out: unknown_command_power(self.problem(effects, held_out=held_out), x)
-            for held_out in (False, True)
-        }
+        unknown, nothing = {}, np.zeros(BANDS)
+        for held_out in (False, True):
+            further = power(self.problem(effects, held_out=held_out), x)
+            before = self.unknown.get(held_out, {})
+            unknown[held_out] = {
+                name: before.get(name, nothing) + further.get(name, nothing)
+                for name in {*before, *further}
+            }
         return replace(self, unknown=unknown)
 
     def _compared(
