@@ -67,8 +67,8 @@ class MadeCase:
             )
         )
 
-    def with_lost_phase(self, _effects: Sequence[str], _x: object) -> MadeCase:
-        """No phase is lost."""
+    def with_lost_motion(self, _effects: Sequence[str], _x: object) -> MadeCase:
+        """No rod sticks and slips."""
         return self
 
     def problem(self, *, held_out: bool = False) -> _Problem:

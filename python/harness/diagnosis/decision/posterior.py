@@ -401,8 +401,8 @@ def posterior(
     scores = score(lefts, [law_count(candidate.effects) for candidate in candidates], smalls)
     best = int(np.argmax(scores))
     # How much is left at all is measured with the whole tolerance, whatever tells the sets apart,
-    # and without what is left of a phase that is lost.
-    steady = case.with_lost_phase(candidates[best].effects, candidates[best].x)
+    # and without what nobody can tell of a rod that sticks and slips.
+    steady = case.with_lost_motion(candidates[best].effects, candidates[best].x)
     of_best, of_none = (left(steady, candidates[place]) for place in (best, 0))
     outside = float(outside_score(scores[best], of_best, of_none, case.pressures))
     # An effect that cannot be tried is the less probable, the more another one explains.

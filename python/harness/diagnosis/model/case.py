@@ -27,7 +27,7 @@ from .parameters import Law, Parameter, calibration_parameters, effect_parameter
 from .problem import Problem
 from .scale import effect_starts
 from .spectrum import BANDS
-from .unsteadiness import lost_phase_power
+from .unsteadiness import lost_motion_power
 
 # A record is a limit cycle where more than the share MOSTLY_SWINGS of the power of its pressure
 # (without pressures: of its speed) lies above SWING_HZ, which commands do not reach. It is compared
@@ -140,12 +140,12 @@ class Case:
         """
         return self._tolerating(unknown_command_power, effects, x)
 
-    def with_lost_phase(self, effects: Sequence[str], x: FloatArray) -> Case:
-        """The case with what no simulator tells of a motion that sticks and slips, or swings.
+    def with_lost_motion(self, effects: Sequence[str], x: FloatArray) -> Case:
+        """The case with what no simulator tells of a rod that sticks and slips.
 
         effects, x: the set whose motion it is, and its fit.
         """
-        return self._tolerating(lost_phase_power, effects, x)
+        return self._tolerating(lost_motion_power, effects, x)
 
     def _tolerating(
         self,

@@ -146,17 +146,14 @@ def simpler_part(effect: str, values: Mapping[str, float], rig: Rig) -> str | No
 
 
 def too_large(effect: str, values: Mapping[str, float], rig: Rig) -> bool:
-    """Whether an effect that does not matter has more of its own than any servo has.
+    """Whether an effect has more of its own than any servo has, and so does not matter.
 
     Then a part of what it has beyond the simpler effect that it contains would matter.
-
-    Parameters
-    ----------
-    effect, values, rig
-        as in `matters`; the effect contains a simpler one, and does not matter.
     """
     info, scale = effects()[effect], machine_scale(rig)
     sizes = sizes_of(effect, values)
+    if info.contains is None or info.matters(sizes, scale):
+        return False
     same = info.same(info.simplified(sizes))
     return any(
         info.matters(
@@ -164,6 +161,22 @@ def too_large(effect: str, values: Mapping[str, float], rig: Rig) -> bool:
         )
         for part in PARTS
     )
+
+
+def largest_usual(effect: str, values: Mapping[str, float], rig: Rig) -> dict[str, float]:
+    """Returns the largest size of one parameter, by full name, with which the effect matters.
+
+    It is the parameter that has to become smaller by the least factor; empty where none is enough.
+
+    effect, values, rig: as in `matters`; the effect is too large.
+    """
+    info, scale = effects()[effect], machine_scale(rig)
+    sizes = sizes_of(effect, values)
+    for part in reversed(PARTS):
+        for name, size in sizes.items():
+            if info.matters({**sizes, name: part * size}, scale):
+                return {ParameterKey.of_effect(effect, name): part * size}
+    return {}
 
 
 def margin(effect: str, values: Mapping[str, float], rig: Rig) -> float:

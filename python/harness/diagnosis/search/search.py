@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from typing import Protocol
 
@@ -36,7 +36,7 @@ from .candidates import (
     screen,
     spelled_out,
 )
-from .intervals import above_floor, likelihood_gain, matters
+from .intervals import above_floor, largest_usual, likelihood_gain, matters, too_large
 from .preselection import KEPT_ALONE, KEPT_TOGETHER, preselected
 
 # The best few candidates of a screening get a long fit; the best of these are extended.
@@ -188,6 +188,7 @@ def search(
             break
     refined += run_together(_spelled_out_tasks(case, effect_ids, refined, refined))
     calibrated, *refined = never_behind(case, without_small_effects(case, [calibrated, *refined]))
+    refined = _with_usual_sizes(case, refined)
     look("deciding", nominal, calibrated, _by_held_out_cost(calibrated, *refined, *screened))
     return SearchResult(
         nominal, calibrated, tuple(sorted(refined, key=_held_out_cost)), tuple(screened)
@@ -524,6 +525,28 @@ def without_small_effects(
         effect_set = frozenset(fitted.effects)
         by_set[effect_set] = min(by_set[effect_set], fitted, key=lambda each: each.cost)
     return list(by_set.values())
+
+
+def _with_usual_sizes(case: Case, candidates: Sequence[FittedCandidate]) -> list[FittedCandidate]:
+    """Fits again the sets in which a law has more of its own than any servo has, with less of it.
+
+    Where a motion does not show how a law ends, such as friction at rest where the rod never rests
+    for long, a fit may end at sizes that no servo has, although usual ones explain nearly as much.
+    """
+    tasks: dict[int, partial[FittedCandidate]] = {}
+    for place, candidate in enumerate(candidates):
+        held: dict[str, float] = {}
+        for effect in candidate.effects:
+            if too_large(effect, candidate.values, case.rig):
+                held |= largest_usual(effect, candidate.values, case.rig)
+        if held:
+            usual = replace(case, held={**case.held, **held})
+            x = candidate.x.copy()
+            for index, parameter in enumerate(usual.parameters(candidate.effects)):
+                x[index] = parameter.place(held.get(parameter.name, parameter.value(x[index])))
+            tasks[place] = partial(refine, usual, candidate.effects, x)
+    fitted = dict(zip(tasks, run_together(list(tasks.values())), strict=True))
+    return [fitted.get(place, each) for place, each in enumerate(candidates)]
 
 
 def restrict(case: Case, candidate: FittedCandidate, remaining: Sequence[str]) -> FloatArray:

@@ -14,6 +14,7 @@ from ehsid.harness.catalogue.parameters import effects
 from ehsid.harness.diagnosis.model.scale import machine_scale
 from ehsid.harness.diagnosis.search.intervals import (
     MARGIN_STEP,
+    largest_usual,
     margin,
     matters,
     simpler_part,
@@ -78,6 +79,17 @@ def test_a_law_beside_the_one_that_it_contains_is_too_large_or_too_small(
     assert too_large(effect, values, RIG) == large
     tiny = {name: 1e-6 * size for name, size in values.items()}
     assert simpler_part(effect, tiny, RIG) is None
+
+
+def test_a_law_that_is_too_large_matters_with_less_of_one_size() -> None:
+    """Friction at rest is at most three times that at speed: 1749 N here."""
+    sizes = {"coulomb_n": 583.0, "static_n": 6580.0, "stribeck_velocity_m_s": 2e-3}
+    values = {f"effects.stribeck_friction.{name}": size for name, size in sizes.items()}
+    usual = largest_usual("stribeck_friction", values, RIG)
+    (size,) = usual.values()
+    assert usual == {"effects.stribeck_friction.static_n": size}
+    assert 0.95 * 1749.0 < size <= 1749.0
+    assert matters("stribeck_friction", values | usual, RIG)
 
 
 def test_an_effect_that_contains_no_other_has_no_simpler_part() -> None:

@@ -213,10 +213,10 @@ def test_the_size_is_that_at_which_the_score_gains_as_much_as_a_name_costs(
 
 
 def test_least_sizes_and_effects_that_no_size_shows(ground: Ground) -> None:
-    asked = ("makeup_check", "valve_dead_band", "sensor_quantisation", DELAY)
+    asked = ("makeup_check", "valve_hysteresis", "sensor_quantisation", DELAY)
     never, always, decided = could_be_seen(ground, asked)
     assert (never.limit, math.isnan(never.size)) == ("none", True)
     assert (always.limit, decided.limit) == ("least_size", "record")
-    # Lap of a new valve: 0.4 % of full opening.
+    # Threshold of a new valve: 0.4 % of full opening.
     assert always.size == pytest.approx(0.004, rel=0.02)
     assert decided.size == decided.sizes[decided.parameter] > 1e-3
