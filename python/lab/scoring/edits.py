@@ -17,7 +17,7 @@ from pathlib import Path
 import numpy as np
 
 from ehsid.harness.catalogue.channels import CHANNELS, POSITION, REQUIRED_COLUMNS
-from ehsid.harness.diagnosis.edits import edit_test, read_twin
+from ehsid.harness.diagnosis.edits import Twin, edit_test, read_twin
 from ehsid.harness.diagnosis.edits.testing import AGREES
 from ehsid.harness.records import read_record
 
@@ -54,13 +54,19 @@ def edits_of(out: Path, name: str, findings: Findings) -> tuple[Edited, ...]:
     folder, found = out / EDITED / name, out / RESULTS / name
     if not findings.named or not folder.is_dir() or not (found / "rig.augmented.toml").is_file():
         return ()
-    twin = read_twin(found)
+    return edits_of_twin(read_twin(found), folder)
+
+
+def edits_of_twin(twin: Twin, folder: Path) -> tuple[Edited, ...]:
+    """Computes both edits of a twin; the folder has the records of its machine."""
     required = (*REQUIRED_COLUMNS, POSITION)
     edited = []
     for edit, left in EDITS.items():
-        path = folder / f"{edit}.csv"
         record = read_record(
-            path, columns=list(CHANNELS), required=required, layout=twin.rig.columns
+            folder / f"{edit}.csv",
+            columns=list(CHANNELS),
+            required=required,
+            layout=twin.rig.columns,
         )
         try:
             test, _ = edit_test(twin, [record], [dict.fromkeys(twin.named, left)])
@@ -68,7 +74,7 @@ def edits_of(out: Path, name: str, findings: Findings) -> tuple[Edited, ...]:
             continue
         told = test.edits[0]
         shown = told.left if told.shown else None
-        edited.append(Edited(name, edit, test.own_gap, test.found, told.gap, shown))
+        edited.append(Edited(folder.name, edit, test.own_gap, test.found, told.gap, shown))
     return tuple(edited)
 
 
@@ -83,12 +89,13 @@ def edit_figures(cases: Sequence[ScoredCase]) -> tuple[EditFigures, ...]:
             right, other = (
                 [one for is_right, one in pairs if is_right == wanted] for wanted in (True, False)
             )
-            made = _figures(right, other, left)
-            figures.append(EditFigures(edit, tuple(one for _, one in pairs), tuple(made)))
+            made = figures_of(right, other, left)
+            figures.append(EditFigures(edit, tuple(one for _, one in pairs), made))
     return tuple(figures)
 
 
-def _figures(right: Sequence[Edited], other: Sequence[Edited], left: float) -> list[Figure]:
+def figures_of(right: Sequence[Edited], other: Sequence[Edited], left: float) -> tuple[Figure, ...]:
+    """Returns the figures of `EditFigures`; left: share of the sizes that is left."""
     made: list[Figure] = []
     for group, words in ((right, "right names"), (other, "other names")):
         own = [one.over_own for one in group]
@@ -115,7 +122,7 @@ def _figures(right: Sequence[Edited], other: Sequence[Edited], left: float) -> l
             *([one.over_own for one in group] for group in (right, other)),
         )
     )
-    return made
+    return tuple(made)
 
 
 def separation(words: str, first: Sequence[float], second: Sequence[float]) -> Figure:
