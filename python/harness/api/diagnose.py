@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Unpack
@@ -14,8 +14,11 @@ from .. import records
 from ..base.files import result_folder
 from ..base.parallel import workers as using
 from ..catalogue.channels import CHANNELS, POSITION, REQUIRED_COLUMNS
+from ..diagnosis.edits import EditTest, Twin, edit_test, parse_edits
 from ..diagnosis.options import DiagnosisChoices, DiagnosisOptions
+from ..diagnosis.result import diagnosis_file
 from ..diagnosis.schema import RESULT_FILES
+from ..diagnosis.user_simulator import engine_of
 from ..records import read_record
 from ..records.record import told_apart
 from ..show.gap_words import plain_name, summary_tables, told_reasons, told_remarks
@@ -85,6 +88,37 @@ class Diagnosis(Shown):
                 "says what they lack"
             )
         return run_figure(self.result.runs[0])
+
+    def edit_test(
+        self, records: Source | Sequence[Source], effects: Mapping[str, float] | None = None
+    ) -> EditTest:
+        """Tests whether a change of the machine was what was named: `ehsid gap-edit`.
+
+        Parameters
+        ----------
+        records
+            records that were taken after the change, as for `diagnose`.
+        effects
+            share of the size that should be left, 0 to 2, by id of a named effect; without it each
+            named effect is removed alone, and then all of them.
+
+        Returns
+        -------
+        The outcome with its `sentence`, and for each edit the gap and the share that is left.
+
+        Raises
+        ------
+        ValueError
+            nothing was named, an id is none of the named effects, or a record cannot be used.
+        """
+        asked = [f"{effect}={share}" for effect, share in (effects or {}).items()]
+        used = [record.result for record in self.records]
+        file = diagnosis_file(self.result, used, str(self.rig.source or self.rig.name))
+        with in_python():
+            twin = Twin(self.rig.name, self.result.augmented_rig, file)
+            after = told_apart([_record(one, self.rig) for one in _list(records)])
+            with engine_of(twin.rig) as engine:
+                return edit_test(twin, after, parse_edits(asked, twin), engine=engine)[0]
 
     def save(self, folder: str | os.PathLike[str]) -> Path:
         """Writes what `ehsid gap --out` writes, with report.html, and returns the folder.

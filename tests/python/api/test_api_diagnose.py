@@ -30,6 +30,19 @@ def made(verdict: Verdict) -> ehsid.Diagnosis:
     return ehsid.Diagnosis(made_diagnosis(verdict), [record], ehsid.Rig(bench()))
 
 
+@pytest.mark.slow
+def test_a_change_of_the_machine_is_what_was_named_or_not() -> None:
+    """The friction of the made diagnosis is still there in its own record."""
+    found = made("effects")
+    told = found.edit_test(found.records[0])
+    assert (told.outcome, told.edits[0].effects) == ("not_it", ("coulomb_friction",))
+    half = found.edit_test([found.records[0]], {"coulomb_friction": 0.5})
+    assert half.edits[0].share == (0.5,)
+    assert told.found < half.edits[0].gap < told.edits[0].gap
+    with pytest.raises(ValueError, match=r"effect 'load_force'.*does not name it"):
+        found.edit_test(found.records, {"load_force": 0.0})
+
+
 @pytest.mark.thorough
 def test_a_diagnosis_is_that_of_the_room() -> None:
     """A short record whose cause is known: all but one effect are excluded, for speed."""
