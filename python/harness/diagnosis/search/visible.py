@@ -56,11 +56,15 @@ from .search import candidate_effects
 OF_POWER, OF_ALARM = float(norm.isf(0.1)), float(norm.isf(0.01))
 # Steps of the linear refit, whose weights follow the errors, and its ridge.
 LINEAR_STEPS, RIDGE = 8, 1e-9
-# Steps of the fit at most, and the share of the cost that is little for one; how near to the answer
-# a size is worth a fit, ln, and the fits of each effect.
-FIT_STEPS, LITTLE, WORTH_A_FIT, MOST_FITS = 8, 0.05, 0.7, 2
+# Steps of the fit at most; the share of the cost that is little for one, and that by which it may
+# differ from the promise; and how near to the answer a size is worth a fit, ln.
+FIT_STEPS, LITTLE, AS_PROMISED, WORTH_A_FIT = 8, 0.05, 0.15, 0.7
+# So many steps that gain little end a fit.
+ENOUGH = 2
 # Sizes that are simulated at most, and how near the last two are, ln.
-MOST_RUNS, NEAR = 9, 0.15
+MOST_RUNS, NEAR = 12, 0.15
+# Share of a bracket that the next size keeps from either end: the simulator may jump there.
+INNER = 0.2
 # Range of the factor of a size, ln; what is larger or smaller is no servo.
 WIDEST = 14.0
 
@@ -170,18 +174,22 @@ def smallest(ground: Ground, effect: str) -> CouldBeSeen:
             lambda by: _excess(ground, effect, _scaled(effect, start, factor + by), powers, by)
         )
 
-    below, above, factor, further, fits = -math.inf, math.inf, least, 0.0, 0
+    below, above, factor, fitted, fits = -math.inf, math.inf, least, None, 0.0
     for _ in range(MOST_RUNS):
         problem, linear = shown(ground, effect, _scaled(effect, start, factor))
         if linear is None:  # the simulation diverges: it is not like the machine
             by = -math.inf
         else:
-            powers = linear_refit(problem, linear, ground.x)
-            promised = needed(factor, powers)
-            by = promised + further
-            if abs(by) < WORTH_A_FIT and fits < MOST_FITS:
-                by = needed(factor, _refit(problem, linear, ground.x))
-                further, fits = by - promised, fits + 1
+            powers, promised = linear_refit(problem, linear, ground.x)
+            by = needed(factor, powers)
+            if abs(by) < WORTH_A_FIT or fitted is not None:
+                # What absorbed the effect at another size does so here, in proportion.
+                at = ground.x if fitted is None else ground.x + math.exp(factor - fits) * fitted
+                powers, x = _refit(problem, linear, ground.x, at, promised)
+                by = needed(factor, powers)
+                if fitted is None:
+                    above = math.inf  # what the sensitivities alone have said does not count now
+                fitted, fits = x - ground.x, factor
         if by > 0.0:
             below = factor
         else:
@@ -189,8 +197,9 @@ def smallest(ground: Ground, effect: str) -> CouldBeSeen:
         if above <= least or below >= most or abs(by) < NEAR or above - below < NEAR:
             break
         factor = min(max(factor + by, least), most)
-        if not below < factor < above and math.isfinite(above - below):
-            factor = 0.5 * (below + above)
+        if math.isfinite(above - below):
+            inner = INNER * (above - below)
+            factor = min(max(factor, below + inner), above - inner)
     name, *_ = (p.name for p in catalogue()[effect].parameters if p.power != 0.0)
     if below >= most:
         return CouldBeSeen(effect, name, math.nan, "none", start)
@@ -235,7 +244,8 @@ def stays(ground: Ground, effect: str, sizes: Mapping[str, float]) -> FloatArray
     problem, linear = shown(ground, effect, sizes)
     if linear is None:
         return np.full(ground.left.shape, np.inf)
-    return _refit(problem, linear, ground.x)
+    _, promised = linear_refit(problem, linear, ground.x)
+    return _refit(problem, linear, ground.x, ground.x, promised)[0]
 
 
 def beyond(ground: Ground, effect: str, sizes: Mapping[str, float]) -> float:
@@ -265,27 +275,37 @@ def shown(ground: Ground, effect: str, sizes: Mapping[str, float]) -> tuple[Prob
     return problem, ground.linear.at(errors)
 
 
-def _refit(problem: Problem, linear: Linear, x: FloatArray) -> FloatArray:
-    """Powers, (outputs, BANDS), that a fit leaves; it ends where a step gains little."""
+def _refit(
+    problem: Problem, linear: Linear, x: FloatArray, start: FloatArray, promised: float
+) -> tuple[FloatArray, FloatArray]:
+    """Powers, (outputs, BANDS), that a fit leaves, and its values.
+
+    linear: at x, where the sensitivities promise a cost, nats. The fit ends where a step gains
+    little twice and the promise is kept: else small steps may come before large ones.
+    """
     nothing = problem.fit_cost({name: 0.0 * each for name, each in linear.errors.items()})
-    before, fitted = math.inf, x
-    for step in itertools.islice(descent(problem, x, linear), FIT_STEPS):
-        little = before - step.cost < LITTLE * (step.cost - nothing)
-        if little and not np.array_equal(step.x, fitted):
+    start = np.clip(start, problem.low, problem.high)
+    first = linear if start is x else linear.at(problem.coefficients(start))
+    before, little = math.inf, 0
+    for step in itertools.islice(descent(problem, start, first), FIT_STEPS):
+        above = step.cost - nothing
+        little = little + 1 if before - step.cost < LITTLE * above else 0
+        if little == ENOUGH and abs(step.cost - promised) < AS_PROMISED * above:
             break
-        before, fitted = step.cost, step.x
+        before = step.cost
     coefficients = problem.coefficients(step.x)
-    return np.stack([problem.spectrum.powers(coefficients[name]) for name in problem.outputs])
+    powers = [problem.spectrum.powers(coefficients[name]) for name in problem.outputs]
+    return np.stack(powers), step.x
 
 
-def linear_refit(problem: Problem, linear: Linear, x: FloatArray) -> FloatArray:
-    """Powers, (outputs, BANDS), that the best change leaves by the sensitivities alone.
+def linear_refit(problem: Problem, linear: Linear, x: FloatArray) -> tuple[FloatArray, float]:
+    """Powers, (outputs, BANDS), and cost, nats, of the best change by the sensitivities alone.
 
     The weights follow the errors (P. Green, J. R. Stat. Soc. B 46(2), 1984).
     """
     errors, prior = quadratic(problem, linear), problem.information()
     low, high = problem.low - x, problem.high - x
-    power = errors.squares / errors.rows
+    power, change = errors.squares / errors.rows, np.zeros_like(x)
     for _ in range(LINEAR_STEPS):
         weights = errors.independent / (errors.rows * (power + errors.tolerated))
         hessian = np.tensordot(weights, errors.grams, axes=1) + np.diag(prior)
@@ -296,7 +316,8 @@ def linear_refit(problem: Problem, linear: Linear, x: FloatArray) -> FloatArray:
         power = np.maximum(squares, 0.0) / errors.rows
     powers = np.zeros(_counts(problem).shape)
     powers[_counts(problem) > 0.0] = power
-    return powers
+    costs = [problem.likelihoods[name].cost_of(powers[k]) for k, name in enumerate(problem.outputs)]
+    return powers, sum(costs) + 0.5 * float(prior @ change**2)
 
 
 def _counts(problem: Problem) -> FloatArray:

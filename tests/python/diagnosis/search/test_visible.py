@@ -92,7 +92,7 @@ def dense(ground: Ground, effect: str, sizes: Mapping[str, float]) -> list[Float
 def refit_of(ground: Ground, effect: str, sizes: Mapping[str, float]) -> FloatArray:
     problem, linear = shown(ground, effect, sizes)
     assert linear is not None
-    return linear_refit(problem, linear, ground.x)
+    return linear_refit(problem, linear, ground.x)[0]
 
 
 def used(ground: Ground, by_band: FloatArray) -> FloatArray:
