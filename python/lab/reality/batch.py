@@ -78,19 +78,28 @@ def draw_sensors(seed: int, grade: Grade) -> Sensors:
 def draw_seconds(seed: int, grade: Grade) -> float:
     """Draws the length of the records of a case, independently of its effect.
 
-    8 to 20 s; 30 to 60 s for slow records, which have fewer samples a second.
+    8 to 20 s; 30 to 60 s for slow records and those from abroad, which have fewer samples a second.
     """
-    ends = (30.0, 60.0) if grade == "slow" else (8.0, 20.0)
+    ends = (30.0, 60.0) if grade in ("slow", "abroad") else (8.0, 20.0)
     return round(float(np.random.default_rng((seed, 9)).uniform(*ends)), 1)
 
 
 def draw_sampling_time(seed: int, grade: Grade) -> float:
     """Draws the sampling time, s: 20 or 50 ms for slow records, 1 ms for plain and hard ones.
 
-    Wide records have 0.5, 1, 2 or 4 ms.
+    Wide records have 0.5, 1, 2 or 4 ms, those from abroad 5, 10, 20 or 50 ms.
     """
-    choice = {"slow": (0.02, 0.05), "wide": (5e-4, 1e-3, 2e-3, 4e-3)}.get(grade, (1e-3,))
+    choice = {
+        "slow": (0.02, 0.05),
+        "wide": (5e-4, 1e-3, 2e-3, 4e-3),
+        "abroad": (5e-3, 1e-2, 2e-2, 5e-2),
+    }.get(grade, (1e-3,))
     return choice[int(np.random.default_rng((seed, 10)).integers(len(choice)))]
+
+
+def draw_logged_every(seed: int, grade: Grade) -> int:
+    """Draws how many samples of the controller one of the log takes: 2 in half of those abroad."""
+    return 1 + int(grade == "abroad" and np.random.default_rng((seed, 11)).integers(2))
 
 
 def write_drawn_case(
@@ -120,6 +129,7 @@ def write_drawn_case(
         plant=plant,
         seconds=draw_seconds(seed, grade) if seconds is None else seconds,
         dt_s=draw_sampling_time(seed, grade),
+        logged_every=draw_logged_every(seed, grade),
         among=among,
         edited=edited is not None,
     )

@@ -97,6 +97,7 @@ def make_case(
     plant: PlantKind = "ehs",
     seconds: float = 20.0,
     dt_s: float = 0.001,
+    logged_every: int = 1,
     among: ExcitationSet = "all",
     edited: bool = False,
 ) -> RealityCase:
@@ -114,6 +115,8 @@ def make_case(
         ids of the effects, or their sizes by id, for kinds with effects; drawn where None.
     excitation
         excitation of the first two records; drawn where None.
+    dt_s, logged_every
+        sampling time of the records, s, and how many samples of the controller it takes.
     among
         set of which the excitations of a wide case are drawn.
     edited
@@ -126,9 +129,10 @@ def make_case(
         an effect is not known, the kind has another number of effects, or a wide case is asked of
         an axis or a set of excitations of another grade.
     """
-    wide = grade == "wide"
+    wide = grade in ("wide", "abroad")
     if wide and plant != "ehs":
-        raise ValueError("grade 'wide' has hydraulic servos only; leave out --plant")
+        raise ValueError(f"grade '{grade}' has hydraulic servos only; leave out --plant")
+    log_s, dt_s = dt_s, dt_s / logged_every
     if among != "all" and not wide:
         raise ValueError(f"--excitations {among}: only grade 'wide' has sets, not '{grade}'")
     streams = [np.random.default_rng(child) for child in np.random.SeedSequence(seed).spawn(11)]
@@ -164,7 +168,7 @@ def make_case(
 
     machine = with_sizes(sizes_by_effect)
     hard = grade == "hard"
-    logger = draw_logger(logger_rng, rig, dt_s) if wide else usual_logger(rig, dt_s, hard)
+    logger = draw_logger(logger_rng, rig, log_s) if wide else usual_logger(rig, log_s, hard)
 
     excitations = excitation or (
         draw_excitations(excitation_rng, among) if wide else _draw_excitation(task_rng, grade)
@@ -190,7 +194,8 @@ def make_case(
             noise.position_step_m, sizes_by_effect.get("sensor_quantisation", {}).get("step_m", 0.0)
         )
         quantised = machine._replace(sensor_step_m=step)
-        return _record(quantised, rig, task, noise, record_faults, sensors, dt_s)
+        every = _record(quantised, rig, task, noise, record_faults, sensors, dt_s)
+        return {name: column[::logged_every] for name, column in every.items()}
 
     draws, small = Draws(task_rng, noise_rng, fault_rng), grade == "confusable"
     train, validate = (
@@ -227,7 +232,8 @@ def make_case(
         ],
         "sensors": sensors,
         "seed": seed,
-        "dt_s": dt_s,
+        "dt_s": log_s,
+        "logged_every": logged_every,
         "true": true_values,
         "told": dict(rig.values),
         "structure": structure,
@@ -238,7 +244,7 @@ def make_case(
             "variants": asdict(variants),
             "logger": asdict(logger),
             "families": families(
-                rig, machine, structure, logger, dt_s, sizes_by_effect, excitations
+                rig, machine, structure, logger, log_s, sizes_by_effect, excitations
             ),
         }
     return RealityCase(

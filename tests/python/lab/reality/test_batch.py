@@ -11,7 +11,13 @@ import pytest
 from ehsid.harness.records import read_record
 from ehsid.lab.reality import case as cases
 from ehsid.lab.reality import make_case
-from ehsid.lab.reality.batch import draw_sampling_time, draw_seconds, write_cases, write_drawn_case
+from ehsid.lab.reality.batch import (
+    draw_logged_every,
+    draw_sampling_time,
+    draw_seconds,
+    write_cases,
+    write_drawn_case,
+)
 from ehsid.lab.reality.excitation import EXCITATION_SETS, EXCITATIONS
 from ehsid.lab.reality.truth import Truth
 from ehsid.lab.reality.variants import GRADES
@@ -26,7 +32,7 @@ SHORT: dict[str, Any] = {"seconds": 1.0}
 )
 def test_the_transfer_record_has_another_excitation(seed: int, grade: Any) -> None:
     case = make_case(seed, grade, "one", **SHORT)
-    kinds = EXCITATION_SETS["all"] if grade == "wide" else EXCITATIONS
+    kinds = EXCITATION_SETS["all"] if grade in ("wide", "abroad") else EXCITATIONS
     assert case.answer["transfer_excitation"] in kinds
     assert case.answer["transfer_excitation"] not in case.answer["excitation"]
     assert list(case.transfer) == list(case.train)
@@ -149,6 +155,22 @@ def test_slow_records_are_sampled_every_20_or_50_ms() -> None:
     assert 72 <= drawn.count(0.02) <= 128
     for grade in ("plain", "hard", "confusable"):
         assert {draw_sampling_time(seed, grade) for seed in range(20)} == {1e-3}
+    abroad = [draw_sampling_time(seed, "abroad") for seed in range(200)]
+    assert set(abroad) == {5e-3, 1e-2, 2e-2, 5e-2}
+    every = [draw_logged_every(seed, "abroad") for seed in range(200)]
+    assert set(every) == {1, 2}
+    assert 72 <= every.count(2) <= 128
+    assert {draw_logged_every(seed, "slow") for seed in range(20)} == {1}
+
+
+def test_a_log_of_every_second_command_is_half_of_the_log_of_all() -> None:
+    """But for the samples of the clock, which is late by a share of the log's own time."""
+    kinds = ("multisine", "steps")
+    every = make_case(3, "plain", "none", seconds=4.0, dt_s=1e-2, excitation=kinds)
+    second = make_case(3, "plain", "none", seconds=4.0, dt_s=2e-2, logged_every=2, excitation=kinds)
+    for name, column in second.train.items():
+        np.testing.assert_array_equal(column, every.train[name][::2], err_msg=name)
+    assert (second.answer["dt_s"], second.answer["logged_every"]) == (2e-2, 2)
 
 
 @pytest.mark.slow
