@@ -85,6 +85,16 @@ def sizes_of(effect: str, record: Record, rig: Rig) -> list[dict[str, float]]:
         ],
         "sensor_lag": [{"time_constant_s": 0.003}, {"time_constant_s": 0.008}],
         "position_delay": [{"delay_s": 0.004}, {"delay_s": 0.01}],
+        "position_sensor_delay": [{"delay_s": 0.003}, {"delay_s": 0.008}],
+        "pressure_sensor_gain": [
+            {"gain_a": 1.04, "gain_b": 1.0},
+            {"gain_a": 1.0, "gain_b": 0.9},
+        ],
+        "pressure_sensor_offset": [
+            {"offset_a_pa": 3e5, "offset_b_pa": 0.0},
+            {"offset_a_pa": 0.0, "offset_b_pa": -1e6},
+        ],
+        "pressure_sensor_lag": [{"time_constant_s": 0.004}, {"time_constant_s": 0.012}],
         "sensor_quantisation": [{"step_m": 0.25 * size_m}, {"step_m": size_m}],
     }
     return choices[effect]
@@ -179,8 +189,6 @@ def row(found: Diagnosis, untouched: Diagnosis, answer: Answer) -> Row:
     own = {effect.id for effect in untouched.effects}
     named = {effect.id for effect in found.effects}
     right = is_right(named, own, answer.effects)
-    if "position_delay" in answer.outside:
-        right = found.verdict == "outside_catalogue"
     in_set = right or any(is_right(one, own, answer.effects) for one in found.ambiguity_set)
     words, errors, inside = sizes_found(found, untouched, answer)
     new = [*sorted(named - own), *(f"lost: {effect}" for effect in sorted(own - named))]

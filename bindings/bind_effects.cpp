@@ -72,6 +72,10 @@ const char* name_of(plant::Need need) {
       return "high_pressures";
     case plant::Need::low_pressures:
       return "low_pressures";
+    case plant::Need::chamber_pressures:
+      return "chamber_pressures";
+    case plant::Need::another_output:
+      return "another_output";
   }
   return "";
 }
@@ -88,6 +92,8 @@ const char* name_of(plant::Reach reach) {
       return "sensor_noise";
     case plant::Reach::high_pressures:
       return "high_pressures";
+    case plant::Reach::positions:
+      return "positions";
   }
   return "";
 }
@@ -102,6 +108,8 @@ const char* name_of(plant::LogPlace place) {
       return "command_of_axis";
     case plant::LogPlace::position:
       return "position";
+    case plant::LogPlace::pressures:
+      return "pressures";
   }
   return "";
 }
@@ -210,6 +218,14 @@ class EffectTerms {
     const plant::HangingLoad<double> load = effects_.hanging_load();
     return {load.mass_share, load.frequency_hz, load.damping};
   }
+  std::pair<double, double> counterbalance() const {
+    const plant::Counterbalance<double> valve = effects_.counterbalance();
+    return {valve.pressure, valve.pilot_ratio};
+  }
+  std::pair<double, double> contact() const {
+    const plant::Contact<double> contact = effects_.contact();
+    return {contact.position, contact.stiffness};
+  }
   std::pair<double, double> sensor_error() const {
     const plant::SensorError<double> error = effects_.sensor_error();
     return {error.lag_s, error.half_play_m};
@@ -228,6 +244,22 @@ class EffectTerms {
   }
   py::array_t<double> position_of(const InputArray<double>& reading) const {
     return each(reading, [&](double now) { return effects_.position_of(now); });
+  }
+  py::tuple pressure_sensors(const InputArray<double>& p_a, const InputArray<double>& p_b,
+                             double dt_s) const {
+    require_shape("pressure_a", p_a, 1, -1);
+    require_shape("pressure_b", p_b, 1, p_a.shape(0));
+    plant::Effects<double> memory = effects_;
+    py::array_t<double> a(p_a.shape(0));
+    py::array_t<double> b(p_a.shape(0));
+    for (py::ssize_t k = 0; k < p_a.shape(0); ++k) {
+      const plant::ChamberPressures<double> now{p_a.at(k), p_b.at(k)};
+      const auto read =
+          k == 0 ? memory.start_pressure_sensors(now) : memory.sense_pressures(now, dt_s);
+      a.mutable_at(k) = read.a;
+      b.mutable_at(k) = read.b;
+    }
+    return py::make_tuple(a, b);
   }
   py::array_t<double> opening(const InputArray<double>& x) const {
     return each(x, [&](double now) { return effects_.opening(now); });
@@ -310,6 +342,9 @@ void bind_descriptions(py::module_& m) {
           "called", [](const ShownParameter& p) { return p.info.called; },
           "Name for people; empty where the words of `name` say enough.")
       .def_property_readonly(
+          "neutral", [](const ShownParameter& p) { return p.info.neutral; },
+          "Where an effect does nothing, besides zero: 1 for a gain, else 0.")
+      .def_property_readonly(
           "share_of", [](const ShownParameter& p) { return p.info.share_of; },
           "Of what a value without a unit is a share; empty for no share.")
       .def_property_readonly(
@@ -391,8 +426,8 @@ has_valve : bool
                              "What a record must contain to show it, as words of Need.")
       .def_property_readonly(
           "reach", [](const EffectDescription& e) { return name_of(e.reach); },
-          "What bounds the sizes that a record shows: all, begins_at, within, sensor_noise or "
-          "high_pressures.")
+          "What bounds the sizes that a record shows: all, begins_at, within, sensor_noise, "
+          "high_pressures or positions.")
       .def_property_readonly(
           "contains", [](const EffectDescription& e) { return text_or_none(e.contains); },
           "Id of the simpler effect that it contains, or None.")
@@ -410,7 +445,8 @@ has_valve : bool
           "Pairs of names of parameters of which the first must not be below the second.")
       .def_property_readonly(
           "log_place", [](const EffectDescription& e) { return name_of(e.log_place); },
-          "Where it can be put into a log: none, command, command_of_axis or position.")
+          "Where it can be put into a log: none, command, command_of_axis, position or "
+          "pressures.")
       .def_property_readonly("does_not_commute", &does_not_commute,
                              "Ids of the effects with which it does not commute in a log.")
       .def("starts", &starts, py::arg("machine"),
@@ -489,6 +525,12 @@ ValueError
       .def_property_readonly("hanging_load", &EffectTerms::hanging_load,
                              "Share of the mass that hangs on the rod, its frequency with the rod "
                              "fixed, Hz, and damping ratio; zeros for none.")
+      .def_property_readonly("counterbalance", &EffectTerms::counterbalance,
+                             "Pressure, Pa, at which a counterbalance valve opens without its "
+                             "pilot, and the ratio of its pilot; zeros for none.")
+      .def_property_readonly("contact", &EffectTerms::contact,
+                             "Position, m, from which on the rod presses on something, and its "
+                             "stiffness, N/m; zeros for nothing.")
       .def_property_readonly("sensor_error", &EffectTerms::sensor_error,
                              "Lag, s, and half of the play, m, of the position sensor.")
       .def("command", &EffectTerms::command, py::arg("command"), py::arg("dt_s"),
@@ -501,6 +543,10 @@ ValueError
       .def("position_of", &EffectTerms::position_of, py::arg("reading_m"),
            "Position, m, for which the sensor gives a reading, but for its lag and its play, shape "
            "(N,).")
+      .def("pressure_sensors", &EffectTerms::pressure_sensors, py::arg("pressure_a_pa"),
+           py::arg("pressure_b_pa"), py::arg("dt_s"),
+           "Readings of the chamber pressures, Pa, that rested before the first sample and run "
+           "straight from sample to sample, shape (N,) each.")
       .def("opening", &EffectTerms::opening, py::arg("spool"),
            "Opening from the spool position, fractions, shape (N,).")
       .def("flow_share", &EffectTerms::flow_share, py::arg("time_s"),

@@ -21,6 +21,7 @@ import ehsid
 FloatArray = npt.NDArray[np.float64]
 ATMOSPHERE = 101325.0
 ABSOLUTE = [1e-12, 1e-10, 1e-2, 1e-2, 1e-2, 1e-11, 1e-8, 1e-9, 1e-12, 1e-12, 1e-10, 1e-13, 1e-2]
+ABSOLUTE += [1e-2, 1e-2, 1e-9, 1e-9]
 OUTPUTS = (
     "position_m",
     "velocity_m_s",
@@ -45,7 +46,8 @@ def sign(x: float) -> float:
 
 class Reference:
     """State: y, v, p_a, p_b, p_s, spool, spool rate, bend of the seals, sensor, swing and its rate,
-    flow in the pressure line, pressure where it begins.
+    flow in the pressure line, pressure where it begins, readings of p_a and p_b, poppets of
+    the counterbalance valves.
 
     The swing is that of the flexible load, relative to the rod.
     """
@@ -76,7 +78,9 @@ class Reference:
     def load(self, y: float) -> float:
         spring = self.effect("load_spring", "stiffness_n_m") * (y - self.middle)
         constant = self.effect("load_spring", "force_at_mid_stroke_n")
-        return spring + constant + self.effect("load_force", "force_n")
+        depth = max(y - self.effect("contact_spring", "position_m"), 0.0)
+        contact = self.effect("contact_spring", "stiffness_n_m") * depth
+        return spring + constant + contact + self.effect("load_force", "force_n")
 
     def friction(self, v: float, y: float) -> float:
         force = self.effect("coulomb_friction", "force_n")
@@ -134,11 +138,14 @@ class Reference:
 
     def rates(self, time_s: float, state: FloatArray, u: float) -> FloatArray:
         # Plain numbers: a numpy scalar takes several times as long for each operation.
-        y, v, p_a, p_b, p_s, x, dx, s, m, z, dz, q, p_0 = state.tolist()
+        y, v, p_a, p_b, p_s, x, dx, s, m, z, dz, q, p_0, m_a, m_b, s_a, s_b = state.tolist()
         p = self.p
         # States of effects that are off stay where they are. If no rate depended on them, the steps
         # of Radau's difference quotients would grow until they overflow.
         rate = [0.0] * 7 + [-s, y - m, -z, -dz, -q, p["supply.pressure_pa"] - p_0]
+        late = self.effect("pressure_sensor_lag", "time_constant_s") or 1.0
+        rate += [(p_a - m_a) / late, (p_b - m_b) / late]
+        rate += [(self.held(*p) - s) / 0.01 for *p, s in ((p_a, p_b, s_a), (p_b, p_a, s_b))]
         w, zeta = 2.0 * np.pi * self.spool[0], self.spool[1]
         rate[5], rate[6] = dx, w * w * (u - x) - 2.0 * zeta * w * dx
         slew = p["nuisance.spool_slew_1_s"]
@@ -159,6 +166,7 @@ class Reference:
             q_at = share * (1 - d + g + k) * self.flow(-at_rest - back - sides - tank, p_a - p_t)
             q_pb = share * (1 - d - g - k) * self.flow(-at_rest - back + sides + tank, p_s - p_b)
             q_bt = share * (1 + d - g + k) * self.flow(at_rest - out + sides - tank, p_b - p_t)
+            q_at, q_bt = s_a * q_at, s_b * q_bt
             inside = self.effect("internal_leakage", "coefficient_m3_s_pa") * (p_a - p_b)
             out_a = self.effect("external_leakage", "coefficient_a_m3_s_pa") * (p_a - p_t)
             out_b = self.effect("external_leakage", "coefficient_b_m3_s_pa") * (p_b - p_t)
@@ -211,7 +219,24 @@ class Reference:
         # p_a A_a - p_b A_b = force with p_a + p_b = total
         p_a, p_b = np.linalg.solve([[self.a_a, -self.a_b], [1.0, 1.0]], [force, total])
         v, p_s = p["initial.velocity_m_s"], p["supply.pressure_pa"]
-        return np.array([y, v, p_a, p_b, p_s, 0.0, 0.0, 0.0, self.reading(y), 0.0, 0.0, 0.0, p_s])
+        m = self.reading(y)
+        first = [y, v, p_a, p_b, p_s, 0, 0, 0, m, 0, 0, 0, p_s, p_a, p_b]
+        return np.array([*first, self.held(p_a, p_b), self.held(p_b, p_a)], dtype=float)
+
+    def held(self, own: float, other: float) -> float:
+        """Share that a counterbalance valve passes at rest."""
+        setting = self.effect("counterbalance_valve", "pressure_pa")
+        lifting = own + self.effect("counterbalance_valve", "pilot_ratio") * other
+        return min(max((lifting - setting) / (0.2 * setting), 0.0), 1.0) if setting else 1.0
+
+    def pressures(self, state: FloatArray) -> list[float]:
+        """What the sensors of the chamber pressures show; both effects at once are no case here."""
+        first = 13 if self.effect("pressure_sensor_lag", "time_constant_s") > 0.0 else 2
+        return [
+            (self.effect("pressure_sensor_gain", f"gain_{side}") or 1.0) * state[first + i]
+            + self.effect("pressure_sensor_offset", f"offset_{side}_pa")
+            for i, side in enumerate("ab")
+        ]
 
     def stuck(self, u: FloatArray, dt_s: float) -> FloatArray:
         """The commanded spool position where the spool sticks at rest, sample by sample."""
@@ -248,11 +273,15 @@ class Reference:
         state = self.start()
         outputs = {name: np.zeros(command.size) for name in OUTPUTS}
         lagging = self.effect("sensor_lag", "time_constant_s") > 0.0
+        old = self.effect("position_sensor_delay", "delay_s")
+        times, seen = [-1.0, 0.0], 2 * [self.reading(state[0])]
         for k in range(command.size):
-            shown = state[8] if lagging else self.reading(held if play > 0.0 else state[0])
+            shown = float(np.interp(k * dt_s - old, times, seen))
             step = self.effect("sensor_quantisation", "step_m")
             shown = step * np.round(shown / step) if step > 0.0 else shown
-            for name, value in zip(OUTPUTS, [shown, *state[1:6]], strict=True):
+            for name, value in zip(
+                OUTPUTS, [shown, state[1], *self.pressures(state), *state[4:6]], strict=True
+            ):
                 outputs[name][k] = value
             # Between two samples the delayed command changes once, `part` after the sample.
             first = int(k - whole - 1) if part > 0.0 else int(k - whole)
@@ -272,7 +301,9 @@ class Reference:
                     atol=ABSOLUTE,
                     t_eval=np.linspace(0.0, span, fine),
                 )
-                for y in solution.y[0]:
+                for time_s, y, m in zip(solution.t, solution.y[0], solution.y[8], strict=True):
                     held = min(max(held, y - play), y + play)
+                    times.append(begun + time_s)
+                    seen.append(m if lagging else self.reading(held if play > 0.0 else y))
                 state = solution.y[:, -1].copy()
         return outputs

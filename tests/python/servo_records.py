@@ -53,6 +53,7 @@ EFFECTS: dict[str, dict[str, float]] = {
     "internal_leakage": {"coefficient_m3_s_pa": 2e-11},
     "external_leakage": {"coefficient_a_m3_s_pa": 2e-11, "coefficient_b_m3_s_pa": 1e-11},
     "relief_valve": {"pressure_pa": 7.5e6, "flow_gain_m3_s_pa": 1e-10},
+    "counterbalance_valve": {"pressure_pa": 2.2e7, "pilot_ratio": 3.0},
     "entrained_air": {"volume_fraction": 0.05},
     "supply_droop": {
         "source_resistance_pa_s_m3": 3e9,
@@ -65,10 +66,15 @@ EFFECTS: dict[str, dict[str, float]] = {
     "stribeck_friction": {"coulomb_n": 400.0, "static_n": 700.0, "stribeck_velocity_m_s": 0.02},
     "load_spring": {"stiffness_n_m": 3e4, "force_at_mid_stroke_n": 300.0},
     "load_force": {"force_n": 1500.0},
+    "contact_spring": {"position_m": 0.15, "stiffness_n_m": 1e5},
     "flexible_load": {"mass_share": 0.3, "frequency_hz": 12.0, "damping": 0.1},
     "sensor_backlash": {"half_width_m": 5e-5},
     "sensor_nonlinearity": {"amplitude_m": 5e-4, "period_m": 0.05},
     "sensor_lag": {"time_constant_s": 0.004},
+    "position_sensor_delay": {"delay_s": 0.0043},
+    "pressure_sensor_gain": {"gain_a": 1.06, "gain_b": 1.0},
+    "pressure_sensor_offset": {"offset_a_pa": 5e5, "offset_b_pa": -3e5},
+    "pressure_sensor_lag": {"time_constant_s": 0.006},
 }
 
 

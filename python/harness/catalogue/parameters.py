@@ -83,8 +83,17 @@ def may_have(name: str, plant: str) -> bool:
 
 
 def acts_on(effect: ehsid.EffectInfo, plant: str) -> bool:
-    """Returns whether the plant has the subsystem on which the effect acts."""
-    return effect.subsystem not in LACKS[plant]
+    """Returns whether the plant has that on which the effect acts."""
+    return missing_part(effect, plant) is None
+
+
+def missing_part(effect: ehsid.EffectInfo, plant: str) -> str | None:
+    """Returns what the plant lacks, so that the effect cannot act; None where it can."""
+    if effect.subsystem in LACKS[plant]:
+        return effect.subsystem
+    if "hydraulics" in LACKS[plant] and "chamber_pressures" in effect.needs:
+        return "chamber pressures"
+    return None
 
 
 def names_of(effect: ehsid.EffectInfo) -> list[ParameterKey]:

@@ -93,9 +93,10 @@ def inject_command(
     effect: Annotated[
         list[str] | None,
         typer.Option(
-            help="transport_delay, gain, position_delay, position_bias, sensor_backlash, "
+            help="transport_delay, gain, position_sensor_delay, position_bias, sensor_backlash, "
             "sensor_lag, sensor_quantisation; behind a valve also valve_dead_band, "
-            "valve_hysteresis, valve_null_bias, valve_lag; on an axis load_force. Again for more",
+            "valve_hysteresis, valve_null_bias, valve_lag; with pressures pressure_sensor_gain, "
+            "pressure_sensor_offset, pressure_sensor_lag; on an axis load_force. Again for more",
             autocompletion=injected_effects,
         ),
     ] = None,

@@ -57,7 +57,11 @@ from .schema import (
     Where,
 )
 from .search.candidates import FittedCandidate, calibrate_nuisances, decision_case
-from .search.identifiability import effects_hardly_shown, unidentifiable_effects
+from .search.identifiability import (
+    effects_hardly_shown,
+    unidentifiable_effects,
+    unmeasured_effects,
+)
 from .search.maps import QUANTISATION, localise, position_step
 from .search.search import Look, SearchResult, candidate_effects, search
 from .search.visible import could_be_seen, ground_of
@@ -176,7 +180,8 @@ def _diagnose(
             {"effects_excluded": list(options.exclude)},
             time.monotonic() - began,
         )
-    effect_ids = candidate_effects(rig, options.exclude)
+    unmeasured = unmeasured_effects(case.outputs, candidate_effects(rig, options.exclude))
+    effect_ids = candidate_effects(rig, options.exclude, case.outputs)
     regimes = [visited(record, rig) for record in case.records]
     _log_case(case)
     look = look_for(watch, begun, pace, case)
@@ -239,6 +244,7 @@ def _diagnose(
         candidates=results.ranked_candidates(case, search_result, selection),
         cannot_judge=(
             *not_carried(rig),
+            *unmeasured,
             *(
                 each
                 for each in unidentifiable_effects(regimes, effect_ids, rig.plant)

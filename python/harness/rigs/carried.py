@@ -24,9 +24,13 @@ transport_delay valve_hysteresis spool_stiction valve_lag valve_null_bias valve_
 valve_dead_band valve_dead_band_sides flow_gain_drift
 """
 # On what the simulator returns.
-_OUTPUT = "sensor_lag sensor_quantisation sensor_backlash sensor_nonlinearity"
+_OUTPUT = """
+sensor_lag sensor_quantisation sensor_backlash sensor_nonlinearity position_sensor_delay
+"""
+_PRESSURES = "pressure_sensor_gain pressure_sensor_offset pressure_sensor_lag"
 _FORCE = """
 coulomb_friction coulomb_friction_sides stribeck_friction position_friction load_spring load_force
+contact_spring
 """
 _CHAMBERS = "internal_leakage external_leakage relief_valve makeup_check"
 _SUPPLY = "supply_droop"
@@ -45,7 +49,7 @@ _PORTS = (
 )
 _OUTPUTS = (
     (
-        _CHAMBERS,
+        f"{_CHAMBERS} {_PRESSURES}",
         ("pressure_a_pa", "pressure_b_pa"),
         "the simulator has no output for the chamber pressures",
     ),
@@ -56,7 +60,7 @@ _VALUES = (
     ("position_friction load_spring", "cylinder.stroke_m"),
     ("relief_valve supply_droop", "supply.pressure_pa"),
 )
-_CARRIED = frozenset(" ".join((_COMMAND, _OUTPUT, _FORCE, _CHAMBERS, _SUPPLY)).split())
+_CARRIED = frozenset(" ".join((_COMMAND, _OUTPUT, _PRESSURES, _FORCE, _CHAMBERS, _SUPPLY)).split())
 
 
 def carried(rig: Rig) -> dict[str, str | None]:

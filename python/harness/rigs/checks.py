@@ -15,10 +15,10 @@ import ehsid
 
 from ..catalogue.channels import CHANNELS
 from ..catalogue.parameters import (
-    acts_on,
     belongs_to,
     effects,
     may_have,
+    missing_part,
     names_of,
     plant_parameters,
 )
@@ -272,10 +272,10 @@ def check_complete(values: Mapping[str, object], plant: str) -> list[str]:
         if name in plant_parameters() and not may_have(name, plant)
     ]
     problems += [
-        f"'effects.{effect.id}': a plant \"{plant}\" has no {effect.subsystem}; remove it, "
-        "or correct 'plant'"
+        f"'effects.{effect.id}': a plant \"{plant}\" has no {part}; remove it, or correct 'plant'"
         for effect in effects().values()
-        if not acts_on(effect, plant) and any(values.get(name) for name in names_of(effect))
+        if (part := missing_part(effect, plant)) is not None
+        and any(values.get(name) for name in names_of(effect))
     ]
     return problems
 

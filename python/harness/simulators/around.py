@@ -19,6 +19,7 @@ import numpy.typing as npt
 import ehsid
 
 from ..base.numbers import FloatArray
+from ..catalogue.channels import CHAMBER_PRESSURES, POSITION
 from .opening import Opened, PythonRecord, PythonSteps
 
 _NUMBERS = count()
@@ -163,13 +164,16 @@ def _whole(simulate: PythonRecord, told: Told, command_v: FloatArray) -> FloatAr
 
 
 def _sensed(outputs: FloatArray, told: Told, around: Around) -> FloatArray:
-    """The outputs with the effects of the sensor on their position: a run of nothing but that."""
-    positions = iter(outputs[:, 0].tolist())
+    """The outputs with the effects of the sensors on them: a run of nothing but that."""
+    names = [POSITION, *CHAMBER_PRESSURES]
+    places = [ehsid.plant_outputs().index(name) for name in names]
+    signals = outputs[:, places].tolist()
+    now = iter(signals)
     sensed, _ = ehsid.run_steps(
-        lambda: [next(positions)],
-        lambda _h, _inputs: [next(positions, outputs[-1, 0])],
+        lambda: next(now),
+        lambda _h, _inputs: next(now, signals[-1]),
         ("command_v",),
-        ("position_m",),
+        tuple(names),
         around.values,
         told.command_v,
         dt_s=told.dt_s,
@@ -181,7 +185,9 @@ def _sensed(outputs: FloatArray, told: Told, around: Around) -> FloatArray:
         stiffness=(0.0, 0.0),
         valve=(0.0, 0.0),
     )
-    return np.column_stack([sensed[:, 0], outputs[:, 1:]])
+    result = outputs.copy()
+    result[:, places] = sensed[:, places]
+    return result
 
 
 def catches(

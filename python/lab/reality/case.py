@@ -36,6 +36,7 @@ from .nominal_rig import (
     draw_wide_rig,
     rig_text,
 )
+from .pressure_sensors import pressure_reading
 from .truth import Truth
 from .unnamed import OUTSIDE, UNNAMED, Faults, faults
 from .variants import Grade, Variants, build, draw_structure, draw_variants, families, with_variants
@@ -61,6 +62,10 @@ COLUMNS: Mapping[Sensors, tuple[str, ...]] = MappingProxyType(
         ),
     }
 )
+
+
+# Chambers by the column of the outputs of `machine.run`.
+SIDES = MappingProxyType({equations.OUT_P_A: "a", equations.OUT_P_B: "b"})
 
 
 @dataclass(frozen=True)
@@ -336,7 +341,10 @@ def _record(
         ("supply_pressure_pa", equations.OUT_P_S),
     ):
         if name in COLUMNS[sensors]:
-            noisy = out[first:, column] + noise.pressures_pa[name][first:]
+            shown = out[:, column]
+            if column in SIDES:
+                shown = pressure_reading(shown, SIDES[column], machine, dt_s)
+            noisy = shown[first:] + noise.pressures_pa[name][first:]
             record[name] = noise.pressure_step_pa * np.rint(noisy / noise.pressure_step_pa)
     if "spool" in COLUMNS[sensors]:
         record["spool"] = out[first:, equations.OUT_X] + noise.spool[first:]
@@ -375,13 +383,14 @@ def _run(
 
 
 def start_state(machine: Truth, position: float) -> FloatArray:
-    """State (12,) at rest: the valve is closed, and the chamber pressures balance the load."""
+    """State (14,) at rest: the valve is closed, and the chamber pressures balance the load."""
     s = np.zeros(equations.STATES)
     s[equations.Y] = s[equations.Y_2] = s[equations.M] = position
     if machine.force_per_unit_n > 0.0:
         return s
     atmosphere = equations.ATMOSPHERE_PA
     load = machine.load_n + machine.spring_n_m * (position - 0.5 * machine.stroke_m)
+    load += equations.contact_force(position, 0.0, machine)
     low = 0.5 * machine.source_pa * machine.area_a_m2 / (machine.area_a_m2 + machine.area_b_m2)
     p_b = max(low, 5e5 - load / machine.area_b_m2)
     p_a = atmosphere + (machine.area_b_m2 * (p_b - atmosphere) + load) / machine.area_a_m2
@@ -389,6 +398,9 @@ def start_state(machine: Truth, position: float) -> FloatArray:
         s[state] = equations.compression(
             max(p, 1e5), machine.bulk_slope, machine.bulk_modulus_0_pa, machine.gas_fraction
         )
+    if machine.counterbalance_pa > 0.0:
+        s[equations.L_A] = equations.lift(p_a, p_b, machine)
+        s[equations.L_B] = equations.lift(p_b, p_a, machine)
     s[equations.P_S] = machine.source_pa
     assert math.isfinite(s.sum())
     return s

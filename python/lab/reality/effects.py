@@ -306,6 +306,36 @@ def _flexible_load(machine: Truth, sizes: Sizes, _: float) -> Truth:
     )
 
 
+def _draw_gains(rng: np.random.Generator, rig: NominalRig) -> dict[str, float]:
+    """One transducer is wrong, the other one is nearly right."""
+    gains = [1.0 + signed(rng, 0.05, 0.12), 1.0 + signed(rng, 0.0, 0.004)]
+    rng.shuffle(gains)
+    return {"gain_a": gains[0], "gain_b": gains[1]}
+
+
+def _draw_offsets(rng: np.random.Generator, rig: NominalRig) -> dict[str, float]:
+    supply = rig.values["supply.pressure_pa"]
+    offsets = [supply * signed(rng, 0.04, 0.1), supply * signed(rng, 0.0, 0.003)]
+    rng.shuffle(offsets)
+    return {"offset_a_pa": offsets[0], "offset_b_pa": offsets[1]}
+
+
+def _draw_contact(rng: np.random.Generator, rig: NominalRig) -> dict[str, float]:
+    return {
+        "position_m": rig.stroke_m * float(rng.uniform(0.45, 0.55)),
+        "stiffness_n_m": rig.force_n * float(rng.uniform(0.5, 2.0)) / rig.stroke_m,
+    }
+
+
+def _contact(machine: Truth, sizes: Sizes, _: float) -> Truth:
+    return machine._replace(
+        contact_at_m=sizes["position_m"],
+        contact_n_m=sizes["stiffness_n_m"],
+        contact_soft_m=1e-3 * machine.stroke_m,
+        contact_s_m=0.3,
+    )
+
+
 ADDED_EFFECTS: Mapping[str, Effect] = {
     "valve_dead_band_sides": Effect("valve", _draw_two_overlaps, _two_overlaps),
     "flow_gain_drift": Effect(
@@ -350,5 +380,41 @@ ADDED_EFFECTS: Mapping[str, Effect] = {
             scale_wave_m=sizes["amplitude_m"], scale_period_m=sizes["period_m"]
         ),
         axis=True,
+    ),
+    "pressure_sensor_gain": Effect(
+        "sensor",
+        _draw_gains,
+        lambda machine, sizes, _: machine._replace(
+            pressure_gain_a=sizes["gain_a"], pressure_gain_b=sizes["gain_b"]
+        ),
+    ),
+    "pressure_sensor_offset": Effect(
+        "sensor",
+        _draw_offsets,
+        lambda machine, sizes, _: machine._replace(
+            pressure_offset_a_pa=sizes["offset_a_pa"], pressure_offset_b_pa=sizes["offset_b_pa"]
+        ),
+    ),
+    "pressure_sensor_lag": Effect(
+        "sensor",
+        lambda rng, rig: {"time_constant_s": float(rng.uniform(4e-3, 1.5e-2))},
+        lambda machine, sizes, _: machine._replace(pressure_lag_s=sizes["time_constant_s"]),
+    ),
+    "position_sensor_delay": Effect(
+        "sensor",
+        lambda rng, rig: {"delay_s": float(rng.uniform(2.5e-3, 1e-2))},
+        lambda machine, sizes, _: machine._replace(reading_delay_s=sizes["delay_s"]),
+        axis=True,
+    ),
+    "contact_spring": Effect("mechanics", _draw_contact, _contact),
+    "counterbalance_valve": Effect(
+        "hydraulics",
+        lambda rng, rig: {
+            "pressure_pa": float(rng.uniform(1.2, 1.8)) * rig.values["supply.pressure_pa"],
+            "pilot_ratio": float(rng.uniform(2.0, 4.0)),
+        },
+        lambda machine, sizes, _: machine._replace(
+            counterbalance_pa=sizes["pressure_pa"], pilot_ratio=sizes["pilot_ratio"]
+        ),
     ),
 }

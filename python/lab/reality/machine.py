@@ -9,6 +9,7 @@ Automatic Control 40(3), 1995 (friction); H. Olsson, Control systems with fricti
 (its damping that fades with speed); A. Ellman, R. Piche, A two regime orifice flow formula for
 numerical simulation, J. Dyn. Syst. Meas. Control 121(4), 1999, and W. Borutzky et al., Simulation
 Modelling Practice and Theory 10(3-4), 2002 (flow); F. D. Murnaghan, PNAS 30(9), 1944 (oil);
+K. H. Hunt, F. R. E. Crossley, J. Appl. Mech. 42(2), 1975 (contact);
 P. R. Dahl, Solid friction damping of mechanical vibrations, AIAA Journal 14(12), 1976; F. Ikhouane,
 J. Rodellar, Systems with hysteresis, Wiley 2007 (Bouc-Wen law, normalised form); K. Kuhnen,
 Modeling, identification and compensation of complex hysteretic nonlinearities, European Journal of
@@ -48,9 +49,9 @@ def compiled(function: F) -> F:
 
 # States: spool position and its rate, compression of the oil on both sides, accumulator pressure,
 # position, speed, deflection of the bristles, output of a lagging position sensor, position and
-# speed of a second mass, output of the valve's amplifier.
-X, X_RATE, C_A, C_B, P_S, Y, V, Z, M, Y_2, V_2, DRIVE = range(12)
-STATES = 12
+# speed of a second mass, output of the valve's amplifier, lifts of the counterbalance valves.
+X, X_RATE, C_A, C_B, P_S, Y, V, Z, M, Y_2, V_2, DRIVE, L_A, L_B = range(14)
+STATES = 14
 # Outputs at the samples: position as read, pressures A, B and supply, spool position, speed.
 OUT_Y, OUT_P_A, OUT_P_B, OUT_P_S, OUT_X, OUT_V = range(6)
 OUTPUTS = 6
@@ -58,6 +59,7 @@ OUTPUTS = 6
 ATMOSPHERE_PA = 101325.0
 POLYTROPIC = 1.3
 ACCUMULATOR_POLYTROPIC = 1.2
+LIFTING_S = 0.008  # time constant of a counterbalance valve
 STOP_RAD_S = 1500.0  # sqrt(stiffness / mass) at the end stops
 # The number of integration steps is chosen anew at least this often, s: within a sampling time of
 # 50 ms, a rod that starts at rest reaches speeds at which its bristles need far shorter steps.
@@ -164,6 +166,40 @@ def largest_friction_factor(t: Truth) -> float:
 
 
 @compiled
+def contact_force(y: float, v: float, t: Truth) -> float:
+    """Force, N, against extension by what the rod meets; it does not pull.
+
+    Its surface is soft, and it damps as after Hunt and Crossley: F = k d^2 / (d + w) (1 + c v).
+    """
+    d = y - t.contact_at_m
+    if d <= 0.0 or t.contact_n_m == 0.0:
+        return 0.0
+    return max(t.contact_n_m * d * d / (d + t.contact_soft_m) * (1.0 + t.contact_s_m * v), 0.0)
+
+
+@compiled
+def lift(own: float, other: float, t: Truth) -> float:
+    """Lift at rest, 0 to 1, of a counterbalance valve by the pressures of both chambers, Pa.
+
+    A quarter of its setting lifts it fully; the end of the lift is rounded.
+    """
+    lifting = (own + t.pilot_ratio * other - t.counterbalance_pa) / (0.25 * t.counterbalance_pa)
+    return math.tanh(lifting) if lifting > 0.0 else 0.0
+
+
+@compiled
+def through_counterbalance(gain: float, lifted: float, t: Truth) -> float:
+    """Opening, as a share of full, of an edge with a counterbalance valve in series.
+
+    Two orifices in series: 1 / k^2 = 1 / k_1^2 + 1 / k_2^2; lifted, it is twice the edge's.
+    """
+    if t.counterbalance_pa == 0.0 or gain == 0.0:
+        return gain
+    other = 2.0 * lifted
+    return gain * other / math.sqrt(gain * gain + other * other) if other > 0.0 else 0.0
+
+
+@compiled
 def port_valves(p: float, t: Truth) -> float:
     """Flow, m^3/s, from a chamber at the pressure p, Pa, through its relief and make-up valves."""
     relieved = t.relief_m3_s_pa * max(p - t.relief_pa, 0.0)
@@ -254,7 +290,7 @@ def valve_pressure(time: float, s: FloatArray, t: Truth) -> float:
 def slope_of(
     time: float, s: FloatArray, command: float, sensor_position: float, t: Truth, d: FloatArray
 ) -> None:
-    """Writes the time derivative of the state s to d; both have the shape (12,).
+    """Writes the time derivative of the state s to d; both have the shape (14,).
 
     `command` is the command to the spool or motor as a fraction. `sensor_position` is the position
     that the sensor reads through its play, m.
@@ -263,7 +299,7 @@ def slope_of(
     warming = warming_share(time, t)
     if t.force_per_unit_n > 0.0:  # a motor drives the load in place of the hydraulics
         drive = t.force_per_unit_n * command
-        for i in (X, X_RATE, C_A, C_B, P_S, DRIVE):
+        for i in (X, X_RATE, C_A, C_B, P_S, DRIVE, L_A, L_B):
             d[i] = 0.0
     else:
         current = command
@@ -283,9 +319,13 @@ def slope_of(
         e, tr, w = t.flow_exponent, t.transition_pa, t.round_width
         k = t.flow_gain * (1.0 + t.gain_rate_1_s * time)
         q_pa = k * t.gain_pa * edge(o - t.overlap_pa, w) * orifice(p_v - p_a, e, tr)
-        q_at = k * t.gain_at * edge(-o - t.overlap_at, w) * orifice(p_a - t.tank_pa, e, tr)
+        back_a = through_counterbalance(edge(-o - t.overlap_at, w), s[L_A], t)
+        q_at = k * t.gain_at * back_a * orifice(p_a - t.tank_pa, e, tr)
         q_pb = k * t.gain_pb * edge(-o - t.overlap_pb, w) * orifice(p_v - p_b, e, tr)
-        q_bt = k * t.gain_bt * edge(o - t.overlap_bt, w) * orifice(p_b - t.tank_pa, e, tr)
+        back_b = through_counterbalance(edge(o - t.overlap_bt, w), s[L_B], t)
+        q_bt = k * t.gain_bt * back_b * orifice(p_b - t.tank_pa, e, tr)
+        d[L_A] = (lift(p_a, p_b, t) - s[L_A]) / LIFTING_S if t.counterbalance_pa > 0.0 else 0.0
+        d[L_B] = (lift(p_b, p_a, t) - s[L_B]) / LIFTING_S if t.counterbalance_pa > 0.0 else 0.0
         q_ab = (t.leak_ab_m3_s_pa + t.warming_leak_m3_s_pa * warming) * (p_a - p_b)
         q_a = q_pa - q_at - q_ab - t.leak_a_m3_s_pa * (p_a - t.tank_pa) - port_valves(p_a, t)
         q_b = q_pb - q_bt + q_ab - t.leak_b_m3_s_pa * (p_b - t.tank_pa) - port_valves(p_b, t)
@@ -304,6 +344,7 @@ def slope_of(
     force = drive - t.load_n - t.spring_n_m * (y - 0.5 * t.stroke_m)
     force -= t.viscous_n_s_m * (1.0 + t.warming_viscous * warming) * v
     from_middle = y - 0.5 * t.stroke_m
+    force -= contact_force(y, v, t)
     force -= t.cubic_n_m3 * from_middle * from_middle * from_middle
     force -= t.drag_n_s2_m2 * v * abs(v)
     if t.later_load_n != 0.0:
@@ -356,7 +397,7 @@ def steps_per_second(s: FloatArray, t: Truth, refinement: int) -> float:
         volume_b = t.dead_volume_b_m3 + t.area_b_m2 * max(t.stroke_m - s[Y], 0.0)
         bulk = t.bulk_modulus_0_pa + t.bulk_slope * t.source_pa
         stiffness = bulk * (t.area_a_m2**2 / volume_a + t.area_b_m2**2 / volume_b)
-        fastest_rad_s = math.sqrt(stiffness / t.mass_kg)
+        fastest_rad_s = math.sqrt((stiffness + t.contact_n_m) / t.mass_kg)
         steepest = (2.0 - t.flow_exponent) * t.transition_pa ** (t.flow_exponent - 1.0)
         conductance = t.flow_gain * steepest * (abs(opening(s[X], t)) + 0.05)
         conductance = max(conductance, t.relief_m3_s_pa, t.makeup_m3_s_pa)
@@ -464,7 +505,7 @@ def run(
     Parameters
     ----------
     t, start
-        constants of the machine, and its state (12,) at the first sample.
+        constants of the machine, and its state (14,) at the first sample.
     dt_s
         sampling period, s.
     forward, reference
@@ -488,7 +529,9 @@ def run(
     as read.
     """
     n = reference.size
-    sent, arrived = np.empty(n), np.empty(n)
+    sent, arrived, on_time = np.empty(n), np.empty(n), np.empty(n)
+    samples_old = math.floor(t.reading_delay_s / dt_s)
+    share_older = t.reading_delay_s / dt_s - samples_old
     out = np.empty((n, OUTPUTS))
     s = start.copy()
     d = np.empty(STATES)
@@ -508,12 +551,18 @@ def run(
         if late[k] > EULER_LATE_S:
             sampled = s.copy()
             contact = advance(time, late[k], sampled, spool_command, sensor_position, t, refinement)
-            reading = (sampled[M] if t.sensor_lag_s > 0.0 else contact) + error[k]
+            reading = sampled[M] if t.sensor_lag_s > 0.0 else contact
             seen = sampled
         else:
             sampled, seen = s + late[k] * d, s
             motion_until_sampled = d[M] * late[k] if t.sensor_lag_s > 0.0 else s[V] * late[k]
-            reading = (s[M] if t.sensor_lag_s > 0.0 else contact) + motion_until_sampled + error[k]
+            reading = (s[M] if t.sensor_lag_s > 0.0 else contact) + motion_until_sampled
+        on_time[k] = reading
+        if t.reading_delay_s > 0.0:
+            older = on_time[max(k - samples_old - 1, 0)]
+            reading = on_time[max(k - samples_old, 0)]
+            reading += share_older * (older - reading)
+        reading += error[k]
         reading += t.scale_slope * max(reading - t.scale_at_m, 0.0)
         reading += t.scale_wave_m * math.sin(2.0 * math.pi * reading / t.scale_period_m)
         reading = t.sensor_step_m * np.rint(reading / t.sensor_step_m)

@@ -76,6 +76,8 @@ class Truth(NamedTuple):
     relief_m3_s_pa: float = 0.0
     makeup_pa: float = 0.0  # below the tank pressure
     makeup_m3_s_pa: float = 0.0
+    counterbalance_pa: float = 0.0  # 0: no such valves
+    pilot_ratio: float = 0.0
     # Friction: LuGre, or Dahl with an exponent above 0, or Bouc-Wen with a power above 0
     coulomb_n: float = 0.0
     static_n: float = 0.0
@@ -93,6 +95,10 @@ class Truth(NamedTuple):
     # Load; a positive force opposes extension
     load_n: float = 0.0  # at mid-stroke
     spring_n_m: float = 0.0
+    contact_n_m: float = 0.0  # something elastic that the rod meets beyond a place
+    contact_at_m: float = 0.0
+    contact_soft_m: float = 1e-4  # depth within which it is softer
+    contact_s_m: float = 0.0  # relative increase of its force with the speed inwards
     second_mass_kg: float = 0.0
     second_spring_n_m: float = 0.0
     second_damper_n_s_m: float = 0.0
@@ -120,3 +126,10 @@ class Truth(NamedTuple):
     sensor_step_m: float = 1e-6
     scale_wave_m: float = 0.0  # error of the reading, a sine along the stroke
     scale_period_m: float = 1.0
+    reading_delay_s: float = 0.0
+    # Transducers of the chamber pressures
+    pressure_gain_a: float = 1.0
+    pressure_gain_b: float = 1.0
+    pressure_offset_a_pa: float = 0.0
+    pressure_offset_b_pa: float = 0.0
+    pressure_lag_s: float = 0.0

@@ -28,6 +28,9 @@ def test_without_effects_nothing_is_added() -> None:
     none, signal = terms(), np.linspace(-1.0, 1.0, 7)
     assert none.delay_s == 0.0
     assert none.overlap == none.spool_lag == none.supply_line == none.sensor_error == (0.0, 0.0)
+    assert none.contact == none.counterbalance == (0.0, 0.0)
+    for same in none.pressure_sensors(signal, signal, 1e-3):
+        np.testing.assert_array_equal(same, signal)
     for same in (none.command(signal, 1e-3), none.opening(signal), none.sensor(signal, 1e-3)):
         np.testing.assert_array_equal(same, signal)
     friction = none.friction(signal, signal)
@@ -52,6 +55,10 @@ def test_numbers_of_the_effects() -> None:
         flexible_load__mass_share=0.3,
         flexible_load__frequency_hz=20.0,
         flexible_load__damping=0.05,
+        counterbalance_valve__pressure_pa=2e7,
+        counterbalance_valve__pilot_ratio=4.0,
+        contact_spring__position_m=0.2,
+        contact_spring__stiffness_n_m=1e5,
         sensor_lag__time_constant_s=0.005,
         sensor_backlash__half_width_m=1e-4,
     )
@@ -61,6 +68,8 @@ def test_numbers_of_the_effects() -> None:
     assert all_of_them.supply_line == (3e9, 1e-11)
     assert all_of_them.pressure_line == (40.0, 0.1, 2e-3)
     assert all_of_them.hanging_load == (0.3, 20.0, 0.05)
+    assert all_of_them.counterbalance == (2e7, 4.0)
+    assert all_of_them.contact == (0.2, 1e5)
     assert all_of_them.sensor_error == (0.005, 1e-4)
 
 
@@ -204,6 +213,25 @@ def test_a_sensor_lags_as_scipy_says_and_stores_whole_steps() -> None:
     np.testing.assert_allclose(steps, np.round(path / 1e-3), rtol=0.0, atol=1e-9)
 
 
+def test_sensors_are_late_and_wrong_as_numpy_and_scipy_say() -> None:
+    time_s = np.arange(500) * 1e-3
+    path = 0.1 + 0.02 * np.sin(2.0 * np.pi * 3.0 * time_s)
+    late = terms(position_sensor_delay__delay_s=0.0073).sensor(path, 1e-3)
+    expected = np.interp(time_s - 0.0073, time_s, path)
+    np.testing.assert_allclose(late, expected, rtol=0.0, atol=1e-15)
+    a, b = 5e6 + 1e7 * path, 6e6 - 2e7 * path
+    wrong = terms(
+        pressure_sensor_gain__gain_a=1.05,
+        pressure_sensor_offset__offset_a_pa=-1e5,
+        pressure_sensor_offset__offset_b_pa=3e5,
+        pressure_sensor_lag__time_constant_s=0.006,
+    ).pressure_sensors(a, b, 1e-3)
+    # The gain of the rod side is not told, and is one.
+    for found, shown in zip(wrong, (1.05 * a - 1e5, b + 3e5), strict=True):
+        _, lagging, _ = lsim(([1.0], [0.006, 1.0]), shown - shown[0], time_s, interp=True)
+        np.testing.assert_allclose(found, shown[0] + lagging, rtol=1e-12)
+
+
 @given(SIGNALS, st.floats(-0.9, 0.9), st.floats(0.01, 2.0))
 def test_an_uneven_scale_is_undone(signal: FloatArray, share: float, period: float) -> None:
     """share: the largest slope of the error, below one, so that readings rise with the position."""
@@ -223,6 +251,8 @@ def test_wrong_shapes_are_refused() -> None:
         ehsid.EffectTerms([1.0, 2.0])
     with pytest.raises(ValueError, match="pressure_b"):
         terms().leakage(np.zeros(3), np.zeros(4), 0.0)
+    with pytest.raises(ValueError, match="pressure_b"):
+        terms().pressure_sensors(np.zeros(3), np.zeros(4), 1e-3)
     with pytest.raises(ValueError, match="from_middle"):
         terms().friction(np.zeros(3), np.zeros(4))
 

@@ -32,12 +32,13 @@ MECHANICAL = (
     "position_friction",
     "load_spring",
     "load_force",
+    "contact_spring",
     "flexible_load",
 )
 
 
 def test_every_effect_of_the_catalogue_is_here() -> None:
-    assert len(EFFECTS) == 27
+    assert len(EFFECTS) == 33
     assert EFFECTS.keys() >= WITHOUT_RATE
 
 

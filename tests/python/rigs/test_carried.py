@@ -18,13 +18,15 @@ ALWAYS = {
     *("transport_delay", "valve_hysteresis", "spool_stiction", "valve_lag", "valve_null_bias"),
     *("valve_flow_saturation", "valve_dead_band", "valve_dead_band_sides", "flow_gain_drift"),
     *("sensor_lag", "sensor_quantisation", "sensor_backlash", "sensor_nonlinearity"),
+    "position_sensor_delay",
 }
 FORCES = {
     *("coulomb_friction", "coulomb_friction_sides", "stribeck_friction", "position_friction"),
-    *("load_spring", "load_force"),
+    *("load_spring", "load_force", "contact_spring"),
 }
 FLOWS = {"internal_leakage", "external_leakage", "relief_valve", "makeup_check"}
-NEVER = {"entrained_air", "flexible_load", "line_resonance"}
+OF_PRESSURES = {f"pressure_sensor_{what}" for what in ("gain", "offset", "lag")}
+NEVER = {"entrained_air", "flexible_load", "line_resonance", "counterbalance_valve"}
 
 
 @pytest.fixture(scope="module")
@@ -49,7 +51,7 @@ def test_every_effect_of_the_catalogue_is_told(rig: Rig) -> None:
 
 def test_a_simulator_with_all_ports_carries_all_but_what_is_inside(rig: Rig) -> None:
     found = refused(rig)
-    assert set(found) == set(effects()) - {*ALWAYS, *FORCES, *FLOWS, "supply_droop"}
+    assert set(found) == set(effects()) - {*ALWAYS, *FORCES, *FLOWS, *OF_PRESSURES, "supply_droop"}
     assert set(found.values()) == {INSIDE}
     assert set(found) >= NEVER
 
@@ -69,7 +71,7 @@ def test_what_an_effect_needs_to_know_of_the_simulator(rig: Rig) -> None:
     one_side = refused(without(rig, "ports", "flow_b_m3_s"))
     assert set(one_side) - always == FLOWS
     blind = refused(without(rig, "outputs", "pressure_a_pa"))
-    assert set(blind) - always == FLOWS
+    assert set(blind) - always == FLOWS | OF_PRESSURES
     assert blind["relief_valve"] == "the simulator has no output for the chamber pressures"
     flow = refused(without(rig, "outputs", "supply_flow_m3_s"))
     assert {one: flow[one] for one in set(flow) - always} == {

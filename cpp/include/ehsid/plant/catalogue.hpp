@@ -3,8 +3,10 @@
 // own and its name here; simulation, bindings, rigs, diagnosis and documents read the rest from it (description.hpp).
 #pragma once
 
+#include <ehsid/plant/effects/contact_spring.hpp>
 #include <ehsid/plant/effects/coulomb_friction.hpp>
 #include <ehsid/plant/effects/coulomb_friction_sides.hpp>
+#include <ehsid/plant/effects/counterbalance_valve.hpp>
 #include <ehsid/plant/effects/entrained_air.hpp>
 #include <ehsid/plant/effects/external_leakage.hpp>
 #include <ehsid/plant/effects/flexible_load.hpp>
@@ -15,6 +17,10 @@
 #include <ehsid/plant/effects/load_spring.hpp>
 #include <ehsid/plant/effects/makeup_check.hpp>
 #include <ehsid/plant/effects/position_friction.hpp>
+#include <ehsid/plant/effects/position_sensor_delay.hpp>
+#include <ehsid/plant/effects/pressure_sensor_gain.hpp>
+#include <ehsid/plant/effects/pressure_sensor_lag.hpp>
+#include <ehsid/plant/effects/pressure_sensor_offset.hpp>
 #include <ehsid/plant/effects/relief_valve.hpp>
 #include <ehsid/plant/effects/sensor_backlash.hpp>
 #include <ehsid/plant/effects/sensor_lag.hpp>
@@ -45,11 +51,13 @@ using Catalogue =
                ValveLag<Scalar>, ValveNullBias<Scalar>, ValveFlowSaturation<Scalar>,
                ValveDeadBand<Scalar>, ValveDeadBandSides<Scalar>, FlowGainDrift<Scalar>,
                InternalLeakage<Scalar>, ExternalLeakage<Scalar>, ReliefValve<Scalar>,
-               MakeupCheck<Scalar>, EntrainedAir<Scalar>, SupplyDroop<Scalar>,
-               LineResonance<Scalar>, CoulombFriction<Scalar>, CoulombFrictionSides<Scalar>,
-               StribeckFriction<Scalar>, PositionFriction<Scalar>, LoadSpring<Scalar>,
-               LoadForce<Scalar>, FlexibleLoad<Scalar>, SensorBacklash<Scalar>,
-               SensorNonlinearity<Scalar>, SensorLag<Scalar>, SensorQuantisation<Scalar>>;
+               MakeupCheck<Scalar>, CounterbalanceValve<Scalar>, EntrainedAir<Scalar>,
+               SupplyDroop<Scalar>, LineResonance<Scalar>, CoulombFriction<Scalar>,
+               CoulombFrictionSides<Scalar>, StribeckFriction<Scalar>, PositionFriction<Scalar>,
+               LoadSpring<Scalar>, LoadForce<Scalar>, ContactSpring<Scalar>, FlexibleLoad<Scalar>,
+               SensorBacklash<Scalar>, SensorNonlinearity<Scalar>, SensorLag<Scalar>,
+               PositionSensorDelay<Scalar>, SensorQuantisation<Scalar>, PressureSensorGain<Scalar>,
+               PressureSensorOffset<Scalar>, PressureSensorLag<Scalar>>;
 
 /// The effects of a plant. An effect is on where one of its parameters is not zero or is varied.
 template <class Scalar>
@@ -138,6 +146,11 @@ class Effects {
       }
     });
   }
+  Counterbalance<Scalar> counterbalance() const {
+    Counterbalance<Scalar> valve{};
+    each([&](const auto& effect) { put(valve, effect.counterbalance()); });
+    return valve;
+  }
   /// Whether a leakage is steep, so that it has a slope for the integration.
   bool leak_steeply() const {
     bool steep = false;
@@ -158,6 +171,11 @@ class Effects {
   /// Force against extension at a distance from mid-stroke, N.
   Scalar load(const Scalar& from_middle) const {
     return sum([&](const auto& effect) { return effect.load(from_middle); });
+  }
+  Contact<Scalar> contact() const {
+    Contact<Scalar> contact{};
+    each([&](const auto& effect) { put(contact, effect.contact()); });
+    return contact;
   }
   HangingLoad<Scalar> hanging_load() const {
     HangingLoad<Scalar> load{};
@@ -200,6 +218,34 @@ class Effects {
       }
     });
     return all;
+  }
+
+  /// Whether an effect acts on the sensors of the chamber pressures.
+  bool sense_pressures() const {
+    bool any = false;
+    each([&](const auto& effect) {
+      using Each = std::decay_t<decltype(effect)>;
+      const ChamberPressures<Scalar> none{};
+      any = any ||
+            !std::is_same_v<decltype(std::declval<Each&>().sense_pressures(none, 0.0)), Nothing>;
+    });
+    return any;
+  }
+  /// What the sensors of the chamber pressures make of those at which they have rested.
+  ChamberPressures<Scalar> start_pressure_sensors(ChamberPressures<Scalar> p) {
+    each([&](auto& effect) { put(p, effect.start_pressure_sensors(p)); });
+    return p;
+  }
+  /// What they make of the pressures after a step of h seconds. Called once a step, in order.
+  ChamberPressures<Scalar> sense_pressures(ChamberPressures<Scalar> p, double h) {
+    each([&](auto& effect) { put(p, effect.sense_pressures(p, h)); });
+    return p;
+  }
+  /// By how much the pressures must change for the readings to change by this much; the memory of the sensors moves along.
+  ChamberPressures<Scalar> shift_pressure_sensors(ChamberPressures<Scalar> change) {
+    each_from_last([&](auto& effect) { put(change, effect.shift_pressure_sensors(change)); },
+                   std::make_index_sequence<kCount>());
+    return change;
   }
 
  private:

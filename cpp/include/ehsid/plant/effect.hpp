@@ -54,12 +54,33 @@ struct SupplyLine {
   Scalar capacitance{};  // m^3/Pa
 };
 
+/// Valves at the working ports that hold back returning oil; a pressure of zero means none.
+template <class Scalar>
+struct Counterbalance {
+  Scalar pressure{};  // at which one opens without its pilot, Pa
+  Scalar pilot_ratio{};
+
+  /// Share of its opening that a valve has at rest, at the pressure of its own chamber and of the other one.
+  Scalar share(const Scalar& own, const Scalar& other) const {
+    constexpr double kWide = 0.2;  // of the pressure, from closed to wide open
+    return clamp<Scalar>((own + pilot_ratio * other - pressure) / (pressure * kWide), Scalar(0.0),
+                         Scalar(1.0));
+  }
+};
+
 /// How the rod moves on its seals.
 template <class Scalar>
 struct Sliding {
   Scalar speed;  // m/s, >= 0
   bool extends;
   Scalar from_middle;  // distance from mid-stroke, m
+};
+
+/// Absolute pressures of the chambers, or readings of them, Pa.
+template <class Scalar>
+struct ChamberPressures {
+  Scalar a{};
+  Scalar b{};
 };
 
 /// Oil that swings between the supply and the valve; a frequency of zero means none.
@@ -76,6 +97,18 @@ struct HangingLoad {
   Scalar mass_share{};
   Scalar frequency_hz{};  // with the rod fixed
   Scalar damping{};
+};
+
+/// Something elastic that the rod meets at a position; a stiffness of zero means nothing.
+template <class Scalar>
+struct Contact {
+  Scalar position{};   // m
+  Scalar stiffness{};  // N/m
+
+  /// Against extension, N.
+  Scalar force(const Scalar& y) const {
+    return value_of(y) > value_of(position) ? stiffness * (y - position) : Scalar(0.0);
+  }
 };
 
 /// How a reading lags behind the position and plays about it.
@@ -144,10 +177,14 @@ struct Effect {
                         const Scalar& /*p_tank*/) const {
     return {};
   }
+  /// Counterbalance.
+  Nothing counterbalance() const { return {}; }
   /// Scalar: steady friction of the seals, N, >= 0.
   Nothing friction(const Sliding<Scalar>& /*now*/) const { return {}; }
   /// Scalar: force against extension, N, at a distance from mid-stroke, m.
   Nothing load(const Scalar& /*from_middle*/) const { return {}; }
+  /// Contact.
+  Nothing contact() const { return {}; }
   /// HangingLoad.
   Nothing hanging_load() const { return {}; }
   /// Scalar: what the sensor makes of a position at which it has rested, m.
@@ -163,6 +200,13 @@ struct Effect {
   Nothing position_of(const Scalar& /*reading*/) const { return {}; }
   /// SensorError: how sense() is undone, nearly, on a measured position, where it has a memory.
   Nothing sensor_error() const { return {}; }
+
+  /// ChamberPressures: what their sensors make of pressures at which they have rested.
+  Nothing start_pressure_sensors(const ChamberPressures<Scalar>& /*p*/) { return {}; }
+  /// ChamberPressures: what their sensors make of them. Called once a step of h seconds, in order.
+  Nothing sense_pressures(const ChamberPressures<Scalar>& /*p*/, double /*h*/) { return {}; }
+  /// ChamberPressures: as shift_sensor(), of the sensors of the pressures.
+  Nothing shift_pressure_sensors(const ChamberPressures<Scalar>& /*change*/) { return {}; }
 
   /// All that a record needs in order to show the effect.
   static constexpr std::array<Need, 0> kNeeds{};

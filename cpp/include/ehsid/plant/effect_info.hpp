@@ -40,6 +40,7 @@ struct ParameterInfo {
   const char* called = "";    // for people, where the words of the name do not say enough
   const char* share_of = "";  // of what a value without a unit is a share
   Prior prior = {};
+  double neutral = 0.0;  // where the law does nothing, too; not zero for a gain
 };
 
 /// Of what commands and openings of the valve are shares.
@@ -71,10 +72,12 @@ enum class Need {
   long_record,
   high_pressures,
   low_pressures,
+  chamber_pressures,  // both are measured
+  another_output,     // another signal of the motion is measured besides the position
 };
 
 /// Where an effect can be put into a recorded log. An effect on the machine itself cannot: it changes the motion.
-enum class LogPlace { none, command, command_of_axis, position };
+enum class LogPlace { none, command, command_of_axis, position, pressures };
 
 /// Where a fitted size lies beyond what the records could show.
 enum class Reach {
@@ -83,6 +86,7 @@ enum class Reach {
   within,          // its parameters are widths that the command must leave
   sensor_noise,    // its first parameter must be above the noise of the position sensor
   high_pressures,  // it begins where a chamber reaches the pressure of its first parameter
+  positions,       // it begins where the rod is at its first parameter
 };
 
 /// Largest values of a machine, the scales of its effects.

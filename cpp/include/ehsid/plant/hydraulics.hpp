@@ -9,6 +9,10 @@
 // What flows in compresses both, so that the pressure p follows from the compression s, which has no edge at vacuum:
 //   ds/dt = beta_e q / V,   s = p - g / p,   g = alpha beta p_0
 //
+// A counterbalance valve passes a share s of the flow of its edge to tank, and its poppet is damped:
+//   T ds/dt = share(p_own, p_other) - s
+// at half steps, from the pressures between them.
+//
 // Integration: the two-stage Rosenbrock method of Verwer et al. (SIAM J. Sci. Comput. 20, 1999), second order and
 // L-stable, so that stiff edges do not dictate the step.
 #pragma once
@@ -104,6 +108,18 @@ class Hydraulics {
            firmness(value_of(p) < value_of(p_ahead) ? p_ahead : p);
   }
 
+  /// The poppets of the counterbalance valves, half a step on.
+  void move_poppets(double h) {
+    constexpr double kSettles = 0.01;  // s
+    const double rate = 0.5 * h / kSettles;
+    const auto moved = [&](const Scalar& poppet, const Scalar& own, const Scalar& other) {
+      return (poppet * (1.0 - rate) + counterbalance_.share(own, other) * (2.0 * rate)) *
+             (1.0 / (1.0 + rate));
+    };
+    poppet_a_ = moved(poppet_a_, pressure_.a, pressure_.b);
+    poppet_b_ = moved(poppet_b_, pressure_.b, pressure_.a);
+  }
+
   /// From a measured pressure; near vacuum it does not say how much gas there is, and none is assumed.
   void set(Scalar& pressure, Scalar& compression, const Scalar& measured) {
     if (!std::isnan(value_of(measured))) {
@@ -149,6 +165,9 @@ class Hydraulics {
   bool line_ = false;
   Scalar inverse_resistance_{}, inverse_capacitance_{};
   RingingLine<Scalar> pressure_line_;
+  Counterbalance<Scalar> counterbalance_;
+  bool throttled_ = false;
+  Scalar poppet_a_{}, poppet_b_{};  // shares of the edges to tank
   Pressures<Scalar> pressure_{};
   Scalar compression_a_{}, compression_b_{};  // s; at -V s / beta the oil has parted
 };
@@ -218,6 +237,12 @@ Hydraulics<Scalar>::Hydraulics(const std::vector<Scalar>& values, const Effects<
   pressure_.supply = source_;
   set_pressures(a, b);
   set_pressures(value_at(values, Initial::pressure_a), value_at(values, Initial::pressure_b));
+  counterbalance_ = effects.counterbalance();
+  throttled_ = value_of(counterbalance_.pressure) > 0.0;
+  if (throttled_) {
+    poppet_a_ = counterbalance_.share(pressure_.a, pressure_.b);
+    poppet_b_ = counterbalance_.share(pressure_.b, pressure_.a);
+  }
 }
 
 template <class Scalar>
@@ -268,6 +293,11 @@ void Hydraulics<Scalar>::advance(const Effects<Scalar>& effects, const Scalar& o
                     1.0 / (dead_b_ + area_b_ * (stroke_ - position)),
                     area_a_ * velocity - further.into_a,
                     area_b_ * velocity + further.into_b};
+  if (throttled_) {
+    move_poppets(h);
+    standing.conductance[1] = standing.conductance[1] * poppet_a_;
+    standing.conductance[3] = standing.conductance[3] * poppet_b_;
+  }
   effects.flow_shares(time, [&](const Scalar& share) {
     for (Scalar& conductance : standing.conductance) {
       conductance = conductance * share;

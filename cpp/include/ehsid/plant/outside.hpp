@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The effects of the catalogue around a simulator that is not ours: what they do to its command and to its position
-// reading, and what they do through inputs for a force, for flows into the chambers and for the supply pressure.
+// The effects of the catalogue around a simulator that is not ours: what they do to its command and to its
+// readings, and what they do through inputs for a force, for flows into the chambers and for the supply pressure.
 //
 //   command -> delay, play, rest -> lag -> bias, saturation, overlap -> + feedback -> simulator -> sensor
 //
@@ -131,6 +131,7 @@ class OutsidePorts {
         middle_(0.5 * value_at(run.values, RigValue::stroke)),
         source_(value_at(run.values, RigValue::supply_pressure)),
         tank_(value_at(run.values, RigValue::tank_pressure)),
+        contact_(effects.contact()),
         line_(effects.supply_line()),
         supply_(source_) {}
 
@@ -138,7 +139,9 @@ class OutsidePorts {
   void tell(const OutsideOutputs& now, double velocity, double before, OutsideInputs& inputs) {
     const double from_middle = at(now, OutsideOutput::position) - middle_;
     friction_ = friction(velocity, before, from_middle);
-    put_at(inputs, OutsideInput::force, friction_ - effects_.load(from_middle));
+    put_at(
+        inputs, OutsideInput::force,
+        friction_ - effects_.load(from_middle) - contact_.force(at(now, OutsideOutput::position)));
     const double p_a = at(now, OutsideOutput::pressure_a);
     const double p_b = at(now, OutsideOutput::pressure_b);
     double from_a = 0.0;
@@ -185,6 +188,7 @@ class OutsidePorts {
   const OutsideRun& run_;
   const Effects<double>& effects_;
   double h_, middle_, source_, tank_;
+  Contact<double> contact_;
   SupplyLine<double> line_;
   double friction_ = 0.0;
   double supply_;
@@ -209,6 +213,11 @@ inline bool run_outside(OutsideSimulator& simulator, const OutsideRun& run, cons
   const auto position = [&] { return now[static_cast<std::size_t>(OutsideOutput::position)]; };
   const auto given = [&] { return now[static_cast<std::size_t>(OutsideOutput::velocity)]; };
   double reading = effects.start_sensor(position());
+  const auto pressures = [&]() -> ChamberPressures<double> {
+    return {now[static_cast<std::size_t>(OutsideOutput::pressure_a)],
+            now[static_cast<std::size_t>(OutsideOutput::pressure_b)]};
+  };
+  ChamberPressures<double> shown = effects.start_pressure_sensors(pressures());
   double velocity = std::isnan(given()) ? 0.0 : given();
   double before = velocity;
   std::size_t j = 0;
@@ -216,8 +225,8 @@ inline bool run_outside(OutsideSimulator& simulator, const OutsideRun& run, cons
     double* const row = outputs + k * kOutputs;
     row[0] = effects.store(reading);
     row[1] = velocity;
-    row[2] = now[static_cast<std::size_t>(OutsideOutput::pressure_a)];
-    row[3] = now[static_cast<std::size_t>(OutsideOutput::pressure_b)];
+    row[2] = shown.a;
+    row[3] = shown.b;
     row[4] = now[static_cast<std::size_t>(OutsideOutput::supply_pressure)];
     for (int i = 0; i < run.substeps; ++i, ++j) {
       OutsideInputs inputs{};
@@ -233,6 +242,7 @@ inline bool run_outside(OutsideSimulator& simulator, const OutsideRun& run, cons
       before = velocity;
       velocity = std::isnan(given()) ? (position() - position_before) / h : given();
       reading = effects.sense(position(), h);
+      shown = effects.sense_pressures(pressures(), h);
     }
   }
   return true;

@@ -42,8 +42,8 @@ template <class Scalar>
 struct Outputs {
   Scalar position;         // m, as the sensor shows it
   Scalar velocity;         // m/s, of the rod
-  Scalar pressure_a;       // Pa
-  Scalar pressure_b;       // Pa
+  Scalar pressure_a;       // Pa, as the sensor shows it
+  Scalar pressure_b;       // the same
   Scalar supply_pressure;  // Pa
   Scalar spool;            // fraction of rated command, before null bias
 };
@@ -106,7 +106,9 @@ class ServoPlant {  // NOLINT(clang-analyzer-optin.performance.Padding)
     return hanging_.active() ? whole - hanging_.mass() : whole;
   }
 
-  Scalar load(const Scalar& position) const { return effects_.load(position - middle_); }
+  Scalar load(const Scalar& position) const {
+    return effects_.load(position - middle_) + contact_.force(position);
+  }
   Scalar friction(const Sliding<Scalar>& now) const {
     // Lips of seals creep before they slide: friction comes up with the speed, from a share at rest,
     //   g (c + (1 - c) v / sqrt(v^2 + v_on^2)).
@@ -201,20 +203,39 @@ class ServoPlant {  // NOLINT(clang-analyzer-optin.performance.Padding)
   /// Of the mass on its end stop, rad/s: stiff, but no stiffer than the step can follow.
   double stop_rate() const { return (std::min)(1000.0, 0.5 / h_); }
 
+  /// A contact that is no stiffer than the step can follow: above 2 / h the leapfrog is unstable.
+  Contact<Scalar> softened(Contact<Scalar> contact) const {
+    const Scalar most = mass_ * (1.0 / (h_ * h_));
+    if (value_of(contact.stiffness) > value_of(most)) {
+      contact.stiffness = most;
+    }
+    return contact;
+  }
+
   /// The same of the mass on its seals before they slide. Above 2 / h the leapfrog is unstable: friction bounds the
   /// motion, but nothing bounds the sensitivities, which then say nothing. A third of a radian a step, as in
   /// recommended_substeps(), so that no run with the recommended steps is changed.
   double seal_rate() const { return kRadiansPerStep / h_; }
 
+  /// The readings of the chamber pressures are these from here on, Pa; NaN leaves one as it is.
+  void set_pressures(double a, double b);
+
+  ChamberPressures<Scalar> chamber_pressures() const {
+    const Pressures<Scalar>& pressure = hydraulics_.pressure();
+    return {pressure.a, pressure.b};
+  }
+
   PlantKind kind_;
   double h_;
   int substeps_;
   Effects<Scalar> effects_;
+  bool sense_pressures_;
   Tables<Scalar> tables_;
   Disturbances<Scalar> disturbances_;
   Scalar onset_;
   HangingMass<Scalar> hanging_;
   Scalar rated_command_, mass_, viscous_, stroke_, middle_, force_gain_;
+  Contact<Scalar> contact_;
   CommandPath<Scalar> commands_;
   Spool<Scalar> spool_;
   Hydraulics<Scalar> hydraulics_;
@@ -226,6 +247,7 @@ class ServoPlant {  // NOLINT(clang-analyzer-optin.performance.Padding)
   std::size_t sample_ = 0;
   double time_ = 0.0;  // s
   Scalar position_, velocity_, reading_;
+  ChamberPressures<Scalar> pressures_read_{};
 };
 
 template <class Scalar>
@@ -237,6 +259,7 @@ ServoPlant<Scalar>::ServoPlant(PlantKind kind, const std::vector<Scalar>& values
       h_(dt / substeps),
       substeps_(substeps),
       effects_(values, kFirstOfEffects),
+      sense_pressures_(kind == PlantKind::ehs && effects_.sense_pressures()),
       tables_(tables, values, values.size() - table_values(tables)),
       disturbances_(std::move(disturbances)),
       onset_(value_at(values, Nuisance::sliding_onset)),
@@ -247,6 +270,7 @@ ServoPlant<Scalar>::ServoPlant(PlantKind kind, const std::vector<Scalar>& values
       stroke_(value_at(values, RigValue::stroke)),
       middle_(kind == PlantKind::ehs ? stroke_ * 0.5 : Scalar(0.0)),
       force_gain_(value_at(values, RigValue::force_per_volt)),
+      contact_(softened(effects_.contact())),
       commands_(effects_.delay(), dt, samples, value_at(values, Nuisance::between_samples)),
       spool_(spool_of(kind, values, effects_, 0.5 * h_)),
       hydraulics_(values, effects_, load(value_at(values, Initial::position)),
@@ -259,6 +283,9 @@ ServoPlant<Scalar>::ServoPlant(PlantKind kind, const std::vector<Scalar>& values
       velocity_(value_at(values, Initial::velocity)),
       reading_(position_) {
   reading_ = with_error(effects_.start_sensor(position_));
+  if (sense_pressures_) {
+    pressures_read_ = effects_.start_pressure_sensors(chamber_pressures());
+  }
   hanging_.start(velocity_);
   start_at(velocity_);
 }
@@ -327,10 +354,30 @@ void ServoPlant<Scalar>::align(const std::array<double, kStates>& state) {
     position_ += effects_.shift_sensor(change);
     reading_ = Scalar(position);
   }
-  hydraulics_.set_pressures(pressure_a, pressure_b);
+  set_pressures(pressure_a, pressure_b);
   if (!std::isnan(velocity)) {
     start_at(Scalar(velocity));
   }
+}
+
+template <class Scalar>
+void ServoPlant<Scalar>::set_pressures(double a, double b) {
+  if (!sense_pressures_) {
+    hydraulics_.set_pressures(a, b);
+    return;
+  }
+  const auto missing = [](double measured, const Scalar& reading) {
+    return std::isnan(measured) ? Scalar(0.0) : measured - reading;
+  };
+  const ChamberPressures<Scalar> change = effects_.shift_pressure_sensors(
+      {missing(a, pressures_read_.a), missing(b, pressures_read_.b)});
+  const auto [before_a, before_b] = chamber_pressures();
+  const auto changed = [](double measured, const Scalar& before, const Scalar& by) {
+    return std::isnan(measured) ? Scalar(measured) : before + by;
+  };
+  hydraulics_.set_pressures(changed(a, before_a, change.a), changed(b, before_b, change.b));
+  pressures_read_ = {std::isnan(a) ? pressures_read_.a : Scalar(a),
+                     std::isnan(b) ? pressures_read_.b : Scalar(b)};
 }
 
 template <class Scalar>
@@ -384,7 +431,7 @@ Scalar ServoPlant<Scalar>::accelerate(const Scalar& drive) const {
 
 template <class Scalar>
 double ServoPlant<Scalar>::fastest_rate() const {
-  double stiffness_n_m = value_of(seals_.stiffness());
+  double stiffness_n_m = value_of(seals_.stiffness()) + value_of(effects_.contact().stiffness);
   if (kind_ == PlantKind::ehs) {
     stiffness_n_m += hydraulics_.stiffness();
   } else if (kind_ == PlantKind::linear) {
@@ -407,6 +454,10 @@ Outputs<Scalar> ServoPlant<Scalar>::read() const {
     now.pressure_a = pressure.a;
     now.pressure_b = pressure.b;
     now.supply_pressure = pressure.supply;
+    if (sense_pressures_) {
+      now.pressure_a = pressures_read_.a;
+      now.pressure_b = pressures_read_.b;
+    }
   }
   now.position = effects_.store(now.position);
   return now;
@@ -458,6 +509,9 @@ void ServoPlant<Scalar>::advance(double command_v) {
     }
     position_ += moved;
     reading_ = with_error(effects_.sense(position_, h_));
+    if (sense_pressures_) {
+      pressures_read_ = effects_.sense_pressures(chamber_pressures(), h_);
+    }
   }
   ++sample_;
 }

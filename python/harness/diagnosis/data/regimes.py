@@ -60,6 +60,8 @@ class Regimes:
     highest_of_supply: float | None
     lowest_of_tank: float | None
     """The same as shares of the supply pressure and of the tank pressure of the rig."""
+    positions_m: tuple[float, float]
+    """Lowest and highest position, m."""
     position_floor_m: float
     """Noise floor of the position sensor, its steps included, m."""
     seconds: float
@@ -130,6 +132,7 @@ def visited(record: Record, rig: Rig) -> Regimes:
         highest_pressure_pa=highest,
         highest_of_supply=of_supply,
         lowest_of_tank=of_tank,
+        positions_m=(float(position.min()), float(position.max())),
         position_floor_m=sensor_floor(record, "position_m", rig).value,
         seconds=len(record) * record.dt_s,
     )

@@ -48,8 +48,10 @@ def uncarried(rig: Rig) -> dict[str, list[str]]:
     missing: dict[str, list[str]] = {}
     if rig.simulator is not None:
         for effect, reason in carried(rig).items():
-            if reason is not None:
-                missing.setdefault(effects()[effect].subsystem, []).append(effect)
+            part = effects()[effect].subsystem
+            # A sensor of what the simulator does not give is not compared either.
+            if reason is not None and part != "sensor":
+                missing.setdefault(part, []).append(effect)
     return missing
 
 
@@ -102,7 +104,9 @@ def has_missing_family(missing: Mapping[str, list[str]], part: str) -> bool:
 
 
 # They act inside of any simulator: few machines have them, and other effects do not stand for them.
-NEVER_CARRIED = frozenset({"entrained_air", "flexible_load", "line_resonance"})
+NEVER_CARRIED = frozenset(
+    {"entrained_air", "flexible_load", "line_resonance", "counterbalance_valve"}
+)
 
 
 def inside_sentences(rig: Rig, moved: Sequence[Inside]) -> list[str]:

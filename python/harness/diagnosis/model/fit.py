@@ -138,7 +138,9 @@ def _try(problem: Problem, x: FloatArray, model: Step, damping: float, tries: in
         (x >= problem.high) & (model.gradient < 0.0)
     )
     diagonal = np.diag(model.hessian)
-    floor = 1e-12 * float(diagonal[~at_bound].max(initial=1e-300))
+    # A parameter that has no influence must not make the matrix singular. One in Pa has a curvature
+    # that is smaller than others by 1e-15, and is to move as freely.
+    floor = 1e-24 * float(diagonal[~at_bound].max(initial=1e-300))
     for _ in range(tries):
         damped = model.hessian + damping * np.diag(diagonal + floor)
         step = step_inside(model.gradient, damped, problem.low - x, problem.high - x, ~at_bound)

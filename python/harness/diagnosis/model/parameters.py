@@ -26,7 +26,7 @@ import numpy as np
 from ehsid import EffectTerms
 
 from ...base.numbers import FloatArray
-from ...catalogue.parameters import OUTSIDE_NUISANCES, acts_on, effects, plant_parameters
+from ...catalogue.parameters import OUTSIDE_NUISANCES, effects, missing_part, plant_parameters
 from ...catalogue.spellings import ParameterKey
 from ...rigs import Rig
 from ...rigs.rig import MOST_SIGMAS, TableLaw
@@ -202,11 +202,12 @@ def effect_parameters(
     Raises
     ------
     ValueError
-        the plant does not have the subsystem on which the effect acts.
+        the plant does not have that on which the effect acts.
     """
     info = effects()[effect]
-    if not acts_on(info, plant):
-        raise ValueError(f"a plant \"{plant}\" has no {info.subsystem}: '{effect}' cannot act")
+    part = missing_part(info, plant)
+    if part is not None:
+        raise ValueError(f"a plant \"{plant}\" has no {part}: '{effect}' cannot act")
     pairs = []
     for parameter in info.parameters:
         name = ParameterKey.of_effect(effect, parameter.name)

@@ -8,7 +8,7 @@ Operating conditions of a servo: a description with its limits, and when each on
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import replace
 from types import MappingProxyType
 
@@ -17,13 +17,14 @@ import numpy.typing as npt
 from scipy.signal import find_peaks
 
 from ...base.numbers import FloatArray, plain_number
-from ...catalogue.parameters import acts_on, names_of
+from ...catalogue.channels import CHAMBER_PRESSURES, POSITION
 from ...catalogue.parameters import effects as catalogue
+from ...catalogue.parameters import missing_part, names_of
 from ...rigs import Rig
 from ...signals.simulation import command_limit, measured_states
 from ..data.regimes import NEAR_NULL, SLOW_SHARE, Regimes
 from ..data.repeats import areas
-from ..model.comparison import Compared
+from ..model.comparison import OUTPUTS, Compared
 from ..schema import CannotJudge
 from .candidates import FittedCandidate
 
@@ -133,6 +134,48 @@ def _low_pressures(regimes: Regimes) -> str | None:
     )
 
 
+# Outputs of which an effect needs all, or one, and the reason why it cannot be told without.
+_UNMEASURED: Mapping[str, tuple[Callable[[Iterable[bool]], bool], Sequence[str], str]] = (
+    MappingProxyType(
+        {
+            "chamber_pressures": (
+                all,
+                CHAMBER_PRESSURES,
+                "not both chamber pressures are measured and vary",
+            ),
+            "another_output": (
+                any,
+                tuple(name for name in OUTPUTS if name != POSITION),
+                "only the position is measured, and a late reading of it looks the same as a late "
+                "command",
+            ),
+        }
+    )
+)
+
+
+def unmeasured_effects(outputs: Collection[str], effects: Sequence[str]) -> list[CannotJudge]:
+    """Returns the effects that no motion can show with these outputs, with the reason.
+
+    They are not tried: a fit has nothing that depends on their sizes.
+
+    Parameters
+    ----------
+    outputs
+        names of the compared outputs.
+    effects
+        ids of the effects to check, in the order of the result.
+    """
+    return [
+        CannotJudge(effect, why)
+        for effect in effects
+        for need in catalogue()[effect].needs
+        if need in _UNMEASURED
+        for enough, needed, why in (_UNMEASURED[need],)
+        if not enough(name in outputs for name in needed)
+    ]
+
+
 # Reason why a record does not show an effect, by what the effect needs; None where it does.
 _MISSING: Mapping[str, Callable[[Regimes], str | None]] = MappingProxyType(
     {
@@ -181,14 +224,15 @@ def unidentifiable_effects(
     """
     unidentifiable = []
     for effect in effects:
-        if not acts_on(catalogue()[effect], plant):
-            part = catalogue()[effect].subsystem
+        part = missing_part(catalogue()[effect], plant)
+        if part is not None:
             unidentifiable.append(CannotJudge(effect, f'a plant "{plant}" has no {part}'))
             continue
         missing = [
             reason
             for need in catalogue()[effect].needs
-            if (reason := _missing_everywhere(_MISSING[need], regimes)) is not None
+            if need in _MISSING
+            and (reason := _missing_everywhere(_MISSING[need], regimes)) is not None
         ]
         if missing:
             unidentifiable.append(CannotJudge(effect, "; ".join(missing)))
@@ -250,6 +294,8 @@ def extrapolated_effects(
     command = max(record.largest_command for record in regimes)
     floor = min(record.position_floor_m for record in regimes)
     pressure = max(filter(None, (record.highest_pressure_pa for record in regimes)), default=None)
+    nearest = min(record.positions_m[0] for record in regimes)
+    furthest = max(record.positions_m[1] for record in regimes)
     extrapolated = []
     for effect in effects:
         info = catalogue()[effect]
@@ -272,6 +318,13 @@ def extrapolated_effects(
             )
         elif info.reach == "high_pressures" and pressure is not None and size > pressure:
             reason = f"it would crack at {size:.3g} Pa, no chamber goes above {pressure:.3g} Pa"
+        elif info.reach == "positions" and size > furthest:
+            reason = f"it would begin at {size:.4g} m, the rod never goes beyond {furthest:.4g} m"
+        elif info.reach == "positions" and size < nearest:
+            reason = (
+                f"it would begin at {size:.4g} m, the rod is always beyond {nearest:.4g} m: a "
+                "spring looks the same there"
+            )
         elif info.reach == "sensor_noise" and abs(size) < floor:
             reason = f"{abs(size):.2g} m are below the sensor's noise of {floor:.2g} m"
         if reason is not None:

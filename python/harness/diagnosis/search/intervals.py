@@ -191,12 +191,15 @@ def margin(effect: str, values: Mapping[str, float], rig: Rig) -> float:
         as in `matters`; the effect matters.
     """
     info, scale = effects()[effect], machine_scale(rig)
-    power = {parameter.name: parameter.power for parameter in info.parameters}
     sizes = sizes_of(effect, values)
 
     def still_matters(smaller: float) -> bool:
         return info.matters(
-            {name: size * math.exp(-smaller * power[name]) for name, size in sizes.items()}, scale
+            {
+                p.name: p.neutral + (sizes[p.name] - p.neutral) * math.exp(-smaller * p.power)
+                for p in info.parameters
+            },
+            scale,
         )
 
     if still_matters(1.0):

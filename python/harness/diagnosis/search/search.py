@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from typing import Protocol
@@ -36,6 +36,7 @@ from .candidates import (
     screen,
     spelled_out,
 )
+from .identifiability import unmeasured_effects
 from .intervals import above_floor, largest_usual, likelihood_gain, matters, too_large
 from .preselection import KEPT_ALONE, KEPT_TOGETHER, preselected
 
@@ -105,10 +106,15 @@ class SearchResult:
         return sorted((self.calibrated, *self.refined, *only_screened), key=_held_out_cost)
 
 
-def candidate_effects(rig: Rig, exclude: Sequence[str] = ()) -> tuple[str, ...]:
-    """Ids of the effects that are tried: the plant can have them, the rig file does not."""
+def candidate_effects(
+    rig: Rig, exclude: Sequence[str] = (), outputs: Collection[str] | None = None
+) -> tuple[str, ...]:
+    """Ids of the effects that are tried: the plant can have them, the rig file does not.
+
+    outputs: names of the compared outputs; effects that need others are left out. None: all.
+    """
     reasons = {} if rig.simulator is None else carried(rig)
-    return tuple(
+    tried = tuple(
         info.id
         for info in effects().values()
         if acts_on(info, rig.plant)
@@ -117,6 +123,8 @@ def candidate_effects(rig: Rig, exclude: Sequence[str] = ()) -> tuple[str, ...]:
         # The record itself shows an effect without start values, such as quantisation.
         and effect_starts(info.id, rig)
     )
+    unmeasured = () if outputs is None else [each.id for each in unmeasured_effects(outputs, tried)]
+    return tuple(effect for effect in tried if effect not in unmeasured)
 
 
 def search(
@@ -134,7 +142,7 @@ def search(
     look("values", nominal, nominal, [nominal])
     calibrated = calibrate(case)
     look("alone", nominal, calibrated, [calibrated])
-    effect_ids = candidate_effects(case.rig, exclude)
+    effect_ids = candidate_effects(case.rig, exclude, case.outputs)
     screened = _screen_extensions(case, [calibrated], effect_ids, progress, extra_x=[nominal.x])
     promising = _promising(screened, _total_cost(calibrated))
     singles = _by_held_out_cost(calibrated, *screened)
@@ -486,8 +494,15 @@ def _sizes_as_in(case: Case, contained: FittedCandidate, effect: str) -> list[Fl
     if simpler is not None and simpler in contained.effects:
         same = effects()[effect].same(sizes_of(simpler, contained.values))
         return [np.array([x for _, x in effect_parameters(effect, same, case.rig.plant)])]
-    # An effect is off at zero, or at an end of the range of a logarithm.
-    ends = [(each.low, each.high) if each.logarithmic else (0.0,) for each, _ in own]
+    # An effect is off at zero, at an end of the range of a logarithm, or where a gain is one.
+    ends = [
+        (each.place(info.neutral),)
+        if info.neutral
+        else (each.low, each.high)
+        if each.logarithmic
+        else (0.0,)
+        for (each, _), info in zip(own, effects()[effect].parameters, strict=True)
+    ]
     return [np.array(corner) for corner in itertools.product(*ends)]
 
 

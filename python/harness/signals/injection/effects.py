@@ -74,7 +74,10 @@ POSITION = (
     QUANTISATION,
 )
 
-# Effects that are not in the catalogue. `GAIN_OF` and the answer say what they correspond to.
+# Effects on the logged chamber pressures, in the order of the catalogue.
+PRESSURES = _with_place("pressures")
+
+# Effects under names that are not in the catalogue. The answer says what they correspond to.
 OWN: Mapping[str, Mapping[str, Range]] = MappingProxyType(
     {
         "gain": {"factor": (0.2, 5.0)},
@@ -117,7 +120,7 @@ def injectable(plant: str) -> dict[str, dict[str, Range]]:
     """Returns the ids of the effects for a log of this plant, with the range of each parameter."""
     known = catalogue()
     ranges: dict[str, dict[str, Range]] = {}
-    for effect in (*COMMAND, *POSITION):
+    for effect in (*COMMAND, *POSITION, *PRESSURES):
         if effect in OWN:
             ranges[effect] = dict(OWN[effect])
         # A force is equivalent to a command of a motor, but not to a command of a valve.
@@ -159,7 +162,7 @@ def check(effects: Mapping[str, Sizes], rig: Rig) -> None:
 def _cannot(effect: str, plant: str) -> str:
     there = injectable(plant)
     listed = f"into a log of plant '{plant}' can be put: {', '.join(there)}"
-    if effect in COMMAND or effect in POSITION:
+    if effect in (*COMMAND, *POSITION, *PRESSURES):
         return f"'{effect}' does not act on plant '{plant}'; {listed}"
     if effect in catalogue():
         return f"'{effect}' changes what the machine does, so that no log can be given it; {listed}"
@@ -258,8 +261,26 @@ def behind_sensor(
     dt_s
         sampling time, s.
     """
-    values = effect_values(effect, sizes)
-    terms = EffectTerms(np.array([values.get(name, 0.0) for name in plant_parameters()]))
+    terms = _terms(effect, sizes)
     lag_s, _ = terms.sensor_error
     notes = [Note("noise that was in the position has gone through the lag, too")] if lag_s else []
     return Step(terms.sensor(position, dt_s), notes)
+
+
+def behind_pressure_sensors(
+    pressures: tuple[FloatArray, FloatArray], effect: str, sizes: Sizes, dt_s: float
+) -> tuple[Step, Step]:
+    """Applies an effect of the catalogue on the sensors of the chamber pressures, as above.
+
+    pressures: at the cap and at the rod side, Pa, shape (N,) each.
+    """
+    readings = _terms(effect, sizes).pressure_sensors(*pressures, dt_s)
+    notes = []
+    if "time_constant_s" in sizes:
+        notes.append(Note("noise that was in the pressures has gone through the lag, too"))
+    return Step(readings[0], notes), Step(readings[1], [])
+
+
+def _terms(effect: str, sizes: Sizes) -> EffectTerms:
+    values = effect_values(effect, sizes)
+    return EffectTerms(np.array([values.get(name, 0.0) for name in plant_parameters()]))

@@ -24,7 +24,7 @@ import numpy as np
 
 from ...base.files import write_text
 from ...base.numbers import FloatArray
-from ...catalogue.channels import CHANNELS
+from ...catalogue.channels import CHAMBER_PRESSURES, CHANNELS
 from ...catalogue.channels import POSITION as POSITION_COLUMN
 from ...records import Record, make_record
 from ...records.record import record_bytes
@@ -53,6 +53,11 @@ OTHER_OUTPUTS = tuple(
     for channel in CHANNELS.values()
     if channel.moves and channel.name != POSITION_COLUMN
 )
+
+
+# A late position, by its name before it was in the catalogue, and by that of the catalogue.
+IN_CATALOGUE = "position_sensor_delay"
+LATE_POSITION = ("position_delay", IN_CATALOGUE)
 
 
 @dataclass(frozen=True, eq=False)
@@ -115,6 +120,13 @@ def inject(record: Record, rig: Rig, effects: Mapping[str, Sizes]) -> Injected:
         step = _sensor(effect, effects[effect], position, dt_s)
         position = step.signal
         notes += step.notes
+    for effect in (name for name in on_position.PRESSURES if name in effects):
+        sides = on_position.behind_pressure_sensors(
+            _chamber_pressures(record, columns, effect), effect, effects[effect], dt_s
+        )
+        for name, side in zip(CHAMBER_PRESSURES, sides, strict=True):
+            columns[name] = side.signal
+            notes += side.notes
     at_start = before.size - position.size
     if at_start + at_end > 0.5 * before.size:
         raise InjectError("the delays are more than half of the record")
@@ -197,10 +209,23 @@ def _sensor(effect: str, sizes: Sizes, position: FloatArray, dt_s: float) -> Ste
     match effect:
         case "position_bias":
             return on_position.behind_bias(position, sizes["offset_m"])
-        case "position_delay":
+        case "position_delay" | "position_sensor_delay":
             return behind_delay(position, sizes["delay_s"], dt_s)
         case _:
             return on_position.behind_sensor(position, effect, sizes, dt_s)
+
+
+def _chamber_pressures(
+    record: Record, columns: Mapping[str, FloatArray], effect: str
+) -> tuple[FloatArray, FloatArray]:
+    missing = [name for name in CHAMBER_PRESSURES if name not in columns]
+    if missing:
+        raise InjectError(
+            f"'{effect}' acts on the chamber pressures, and {record.name} has no "
+            f"{' and no '.join(missing)}: take a record with both"
+        )
+    cap, rod = (columns[name] for name in CHAMBER_PRESSURES)
+    return cap, rod
 
 
 def _passing(effects: Mapping[str, Sizes], rig: Rig) -> list[Note]:
@@ -224,10 +249,11 @@ def _expected(
     expected = {effect: dict(sizes) for effect, sizes in effects.items() if effect not in OWN}
     outside: list[str] = []
     notes = []
-    if "position_delay" in effects:
-        late = effects["position_delay"]["delay_s"]
+    late = sum(effects[each]["delay_s"] for each in LATE_POSITION if each in effects)
+    if late > 0.0:
+        expected.pop(IN_CATALOGUE, None)
         if any(name in record.columns for name in OTHER_OUTPUTS):
-            outside.append("position_delay")
+            expected[IN_CATALOGUE] = {"delay_s": late}
         else:
             before = expected.get("transport_delay", {}).get("delay_s", 0.0)
             expected["transport_delay"] = {"delay_s": before + late}

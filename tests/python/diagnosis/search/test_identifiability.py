@@ -10,7 +10,9 @@ from ehsid.harness.diagnosis.data.regimes import Regimes, visited
 from ehsid.harness.diagnosis.search.identifiability import (
     extrapolated_effects,
     unidentifiable_effects,
+    unmeasured_effects,
 )
+from ehsid.harness.diagnosis.search.search import candidate_effects
 from ehsid.harness.rigs import read_rig
 from ehsid.harness.signals.excitation import odd_multisine, random_steps, triangle
 from ehsid.harness.signals.simulation import simulate
@@ -33,6 +35,7 @@ RICH = Regimes(
     highest_pressure_pa=9e6,
     highest_of_supply=0.75,
     lowest_of_tank=0.8,
+    positions_m=(0.05, 0.2),
     position_floor_m=1e-5,
     seconds=20.0,
 )
@@ -72,12 +75,15 @@ def test_a_rich_record_identifies_every_effect() -> None:
         ({"slow": 0.0}, ["stribeck_friction"], "slow motion for 0.0 %"),
         (
             {"fast_power_hz": 1.0},
-            ["transport_delay", "valve_lag", "line_resonance", "flexible_load", "sensor_lag"],
+            [
+                *("transport_delay", "valve_lag", "line_resonance", "flexible_load", "sensor_lag"),
+                *("position_sensor_delay", "pressure_sensor_lag"),
+            ],
             "no power above 1.0 Hz",
         ),
         (
             {"travel": 0.02},
-            ["load_spring", "position_friction", "sensor_nonlinearity"],
+            ["load_spring", "contact_spring", "position_friction", "sensor_nonlinearity"],
             "covers 2 % of the stroke",
         ),
         ({"seconds": 2.0}, ["flow_gain_drift"], "lasts 2.0 s only"),
@@ -119,8 +125,27 @@ def test_a_motor_has_neither_valve_nor_oil() -> None:
     assert reasons["valve_dead_band"] == 'a plant "axis" has no valve'
     assert reasons["entrained_air"] == 'a plant "axis" has no hydraulics'
     subsystems = {effect.id: effect.subsystem for effect in ehsid.effects()}
-    assert {subsystems[effect] for effect in reasons} == {"valve", "hydraulics"}
-    assert len(reasons) == sum(part in ("valve", "hydraulics") for part in subsystems.values())
+    without = {effect for effect, part in subsystems.items() if part in ("valve", "hydraulics")}
+    of_pressures = {effect for effect in subsystems if effect.startswith("pressure_sensor_")}
+    assert {reasons[effect] for effect in of_pressures} == {
+        'a plant "axis" has no chamber pressures'
+    }
+    assert reasons.keys() == without | of_pressures
+
+
+def test_sensors_of_what_is_not_measured_are_not_tried() -> None:
+    own = "position_sensor_delay"
+    of_pressures = [each for each in IDS if each.startswith(("pressure_sensor_", "counterb"))]
+    assert len(of_pressures) == 4
+    both = ("position_m", "pressure_a_pa", "pressure_b_pa")
+    assert unmeasured_effects(both, IDS) == []
+    for outputs, missing in ((both[:2], of_pressures), (both[:1], [own, *of_pressures])):
+        found = unmeasured_effects(outputs, IDS)
+        assert {each.id for each in found} == set(missing)
+        tried = candidate_effects(RIG, outputs=outputs)
+        assert set(candidate_effects(RIG)) - set(tried) == set(missing)
+    reasons = {each.id: each.why for each in found}
+    assert "looks the same as a late command" in reasons[own]
 
 
 @pytest.mark.parametrize(
@@ -133,6 +158,8 @@ def test_a_motor_has_neither_valve_nor_oil() -> None:
         ("sensor_backlash.half_width_m", 1e-4, 2e-6),
         ("sensor_nonlinearity.amplitude_m", -1e-4, -2e-6),
         ("relief_valve.pressure_pa", 8e6, 9.5e6),
+        ("contact_spring.position_m", 0.1, 0.21),
+        ("contact_spring.position_m", 0.1, 0.04),
     ],
 )
 def test_a_size_that_no_record_reached_is_extrapolated(

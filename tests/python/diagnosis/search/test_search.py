@@ -69,7 +69,8 @@ def test_candidate_effects_are_those_that_the_plant_can_have() -> None:
     axis = candidate_effects(read_rig(made.RIGS / "axis.toml"))
     assert {"load_force", "transport_delay", "sensor_lag"} <= set(axis)
     assert not any(
-        effect.startswith(("valve_", "supply_")) or "leakage" in effect for effect in axis
+        effect.startswith(("valve_", "supply_", "pressure_")) or "leakage" in effect
+        for effect in axis
     )
 
 

@@ -61,6 +61,28 @@ def test_stribeck_friction_without_a_rise_is_not_one() -> None:
 
 
 @pytest.mark.parametrize(
+    ("effect", "small", "large"),
+    [
+        ("load_spring", (-1e3, 500.0), (-2e3, 500.0)),
+        ("counterbalance_valve", (1.5e7, 3.0), (2.2e7, 2.0)),
+        # It must begin within the stroke.
+        ("contact_spring", (0.295, 5e4), (0.25, 5e4)),
+        # Sound transducers, and pressures that are told above the atmosphere.
+        ("pressure_sensor_gain", (1.015, 0.0), (0.0, 0.97)),
+        ("pressure_sensor_offset", (-1.013e5, -1.013e5), (0.0, 1.5e5)),
+        ("pressure_sensor_lag", (1e-3,), (3e-3,)),
+        ("position_sensor_delay", (0.9e-3,), (1.1e-3,)),
+    ],
+)
+def test_what_a_sound_machine_has_does_not_matter(
+    effect: str, small: tuple[float, ...], large: tuple[float, ...]
+) -> None:
+    names = [f"effects.{effect}.{parameter.name}" for parameter in effects()[effect].parameters]
+    assert not matters(effect, dict(zip(names, small, strict=True)), RIG)
+    assert matters(effect, dict(zip(names, large, strict=True)), RIG)
+
+
+@pytest.mark.parametrize(
     ("effect", "sizes", "large"),
     [
         ("stribeck_friction", (583.0, 23272.0, 1e-4), True),
@@ -99,7 +121,8 @@ def test_an_effect_that_contains_no_other_has_no_simpler_part() -> None:
 def _larger(effect: ehsid.EffectInfo, factor_ln: float) -> dict[str, float]:
     """The typical sizes, changed so that the outputs change by a factor, given by its ln."""
     return {
-        f"effects.{effect.id}.{p.name}": p.typical * math.exp(factor_ln * p.power)
+        f"effects.{effect.id}.{p.name}": p.neutral
+        + (p.typical - p.neutral) * math.exp(factor_ln * p.power)
         for p in effect.parameters
     }
 

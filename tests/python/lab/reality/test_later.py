@@ -10,9 +10,12 @@ import numpy.typing as npt
 import pytest
 from reality_runs import drawn_case, own_run
 
+from ehsid import EffectTerms
+from ehsid.harness.catalogue.parameters import plant_parameters
 from ehsid.lab.reality import machine as equations
 from ehsid.lab.reality.case import RealityCase, start_state
 from ehsid.lab.reality.effects import ADDED_EFFECTS, CATALOGUE
+from ehsid.lab.reality.pressure_sensors import pressure_reading
 from ehsid.lab.reality.truth import Truth
 from ehsid.lab.reality.unnamed import OUTSIDE, UNNAMED
 
@@ -140,3 +143,61 @@ def test_the_scale_of_the_sensor_is_uneven() -> None:
     error = sizes["amplitude_m"] * np.sin(2.0 * math.pi * plain / sizes["period_m"])
     assert np.ptp(error) > 1e-6
     np.testing.assert_allclose(wavy - plain, error, rtol=0.0, atol=2e-12)
+
+
+def test_a_contact_presses_to_one_side_and_nearly_as_a_spring() -> None:
+    case, sizes = made("contact_spring")
+    t, healthy = case.truth, case.healthy
+    for beyond in (-0.01, 0.05, 0.3):
+        position = sizes["position_m"] + beyond * t.stroke_m
+        state = moving(healthy, position / t.stroke_m, 0.0)
+        less = t.mass_kg * (rates(healthy, state) - rates(t, state))[equations.V]
+        expected = sizes["stiffness_n_m"] * max(beyond, 0.0) * t.stroke_m
+        assert less == pytest.approx(expected, rel=0.03, abs=1e-6)
+
+
+def test_a_late_position_is_that_of_some_samples_before() -> None:
+    case, sizes = made("position_sensor_delay")
+    start, commands = start_state(case.healthy, 0.3 * case.healthy.stroke_m), np.full(200, 0.2)
+    on_time, late = (
+        own_run(t, start, commands)[:, equations.OUT_Y] for t in (case.healthy, case.truth)
+    )
+    time = 1e-3 * np.arange(on_time.size)
+    expected = np.interp(time - sizes["delay_s"], time, on_time)
+    np.testing.assert_allclose(late, expected, rtol=0.0, atol=1e-6)
+
+
+@pytest.mark.parametrize("what", ["gain", "offset", "lag"])
+def test_transducers_are_wrong_nearly_as_the_catalogue_says(what: str) -> None:
+    """A wrong span is bowed, and a filter has a second stage: neither is much of the error."""
+    case, sizes = made(f"pressure_sensor_{what}")
+    pressure = case.truth.source_pa * (0.5 + 0.2 * np.sin(12.0 * np.arange(2000) * 1e-3))
+    terms = EffectTerms(
+        [
+            sizes.get(name.rsplit(".", 1)[1], 0.0) * (f".pressure_sensor_{what}." in name)
+            for name in plant_parameters()
+        ]
+    )
+    for side, law in zip("ab", terms.pressure_sensors(pressure, pressure, 1e-3), strict=True):
+        shown = pressure_reading(pressure, side, case.truth, 1e-3)
+        error = np.abs(law - pressure).max()
+        assert np.abs(shown - law).max() <= 0.08 * error
+
+
+def test_a_counterbalance_valve_passes_where_load_and_pilot_lift_it() -> None:
+    case, sizes = made("counterbalance_valve")
+    t, healthy = case.truth, case.healthy
+    supply, setting = t.source_pa, sizes["pressure_pa"]
+    # Full lift, and none: at rest it follows where the sum of load and pilot is.
+    for own, passes in ((0.5 * supply, 1.0), (0.9 * supply, None)):
+        other = supply - own
+        lifting = own + sizes["pilot_ratio"] * other - setting
+        lifted = equations.lift(own, other, t)
+        assert (lifted > 0.0) == (lifting > 0.0)
+        if passes is not None and lifting > setting:
+            assert lifted == pytest.approx(passes, abs=1e-3)
+    for opening in (0.02, 0.3):
+        share = equations.through_counterbalance(opening, 1.0, t) / opening
+        assert 0.97 < share < 1.0
+        assert equations.through_counterbalance(opening, 0.0, t) == 0.0
+        assert equations.through_counterbalance(opening, 0.0, healthy) == opening

@@ -12,7 +12,7 @@ import ehsid
 from ehsid.harness.records import Record, RecordError, make_record, read_record
 from ehsid.harness.rigs import Rig, read_rig
 from ehsid.harness.signals.injection import InjectError, inject, injectable
-from ehsid.harness.signals.injection.effects import COMMAND, OWN, POSITION
+from ehsid.harness.signals.injection.effects import COMMAND, OWN, POSITION, PRESSURES
 from ehsid.harness.signals.simulation import simulate
 
 FloatArray = npt.NDArray[np.float64]
@@ -35,7 +35,11 @@ SIZES = {
     "sensor_nonlinearity": {"amplitude_m": 3e-4, "period_m": 0.05},
     "sensor_lag": {"time_constant_s": 0.004},
     "position_delay": {"delay_s": 0.003},
+    "position_sensor_delay": {"delay_s": 0.003},
     "sensor_quantisation": {"step_m": 5e-5},
+    "pressure_sensor_gain": {"gain_a": 1.05, "gain_b": 0.97},
+    "pressure_sensor_offset": {"offset_a_pa": 3e5, "offset_b_pa": 0.0},
+    "pressure_sensor_lag": {"time_constant_s": 0.005},
 }
 
 
@@ -173,15 +177,38 @@ def test_late_position_is_a_late_command() -> None:
     assert late.answer.outside == ()
 
 
-def test_late_position_beside_pressures_is_outside_of_the_catalogue() -> None:
+def test_late_position_beside_pressures_is_that_of_its_sensor() -> None:
     rig = machine("bench")
     record = simulate(rig, command(rig), dt_s=DT_S).record
-    made = inject(record, rig, {"position_delay": {"delay_s": 0.004}})
-    assert made.answer.effects == {}
-    assert made.answer.outside == ("position_delay",)
-    np.testing.assert_array_equal(
-        made.record.column("pressure_a_pa"), record.column("pressure_a_pa")[4:]
+    for name in ("position_delay", "position_sensor_delay"):
+        made = inject(record, rig, {name: {"delay_s": 0.004}})
+        assert made.answer.effects == {"position_sensor_delay": {"delay_s": 0.004}}
+        assert made.answer.outside == ()
+        np.testing.assert_array_equal(
+            made.record.column("pressure_a_pa"), record.column("pressure_a_pa")[4:]
+        )
+
+
+def test_readings_of_pressures_are_those_of_a_machine_with_such_sensors() -> None:
+    rig = machine("bench")
+    record = simulate(rig, command(rig), dt_s=DT_S).record
+    effects = {name: SIZES[name] for name in SIZES if name.startswith("pressure_sensor_")}
+    assert len(effects) == 3
+    made, simulated = inject(record, rig, effects), with_effects(rig, effects, record)
+    assert made.answer.effects == effects
+    for name in ("command_v", "position_m", "pressure_a_pa", "pressure_b_pa"):
+        found = made.record.column(name)
+        # Between the samples a pressure is not quite straight, which the filter sees.
+        atol = 1e-3 * np.ptp(found) if "pressure" in name else 1e-12
+        np.testing.assert_allclose(found, simulated.column(name), rtol=0.0, atol=atol)
+    without = make_record(
+        {
+            "time_s": record.time_s,
+            **{n: record.column(n) for n in ("command_v", "position_m", "pressure_a_pa")},
+        }
     )
+    with pytest.raises(InjectError, match="has no pressure_b_pa: take a record with both"):
+        inject(without, rig, effects)
 
 
 def test_what_is_not_asked_stays_as_it_was() -> None:
@@ -237,7 +264,7 @@ def test_all_that_can_be_put_in_is_of_the_catalogue_or_told_apart(plant: str) ->
         for effect in ehsid.effects()
     }
     there = injectable(plant)
-    assert set(there) <= {*COMMAND, *POSITION}
+    assert set(there) <= {*COMMAND, *POSITION, *PRESSURES}
     for effect, ranges in there.items():
         assert ranges == (OWN[effect] if effect in OWN else known[effect])
     assert ("valve_dead_band" in there) == (plant != "axis")

@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <ehsid/plant/dual.hpp>
 #include <ehsid/plant/effect.hpp>
+#include <ehsid/plant/first_order.hpp>
 
 #include <array>
-#include <cmath>
 
 namespace ehsid::plant {
 
@@ -34,35 +33,16 @@ struct SensorLag : Effect<Scalar> {
     return size[0] >= 5e-4;
   }
 
-  Scalar start_sensor(const Scalar& position) {
-    shown_ = position;
-    before_ = position;
-    return position;
-  }
-
-  /// Exact where the position runs along a straight line during the step.
-  Scalar sense(const Scalar& position, double h) {
-    using std::exp;
-    const Scalar& tau = parameters[0];
-    if (!(value_of(tau) > 0.0)) {
-      return start_sensor(position);
-    }
-    const Scalar decay = exp(-h / tau);
-    const Scalar slope = (position - before_) / h;
-    shown_ = decay * (shown_ - before_ + tau * slope) + position - tau * slope;
-    before_ = position;
-    return shown_;
-  }
+  Scalar start_sensor(const Scalar& position) { return lag_.start(position); }
+  Scalar sense(const Scalar& position, double h) { return lag_.follow(position, parameters[0], h); }
   Scalar shift_sensor(const Scalar& change) {
-    shown_ += change;
-    before_ += change;
+    lag_.shift(change);
     return change;
   }
   SensorError<Scalar> sensor_error() const { return {parameters[0], Scalar(0.0)}; }
 
  private:
-  Scalar shown_{};
-  Scalar before_{};
+  FirstOrder<Scalar> lag_;
 };
 
 }  // namespace ehsid::plant
