@@ -8,7 +8,7 @@ order: neither is exactly the law of the catalogue.
 from __future__ import annotations
 
 import numpy as np
-from scipy.signal import cont2discrete, lfilter
+from scipy.signal import lfilter
 
 from ehsid.harness.base.numbers import FloatArray
 
@@ -31,9 +31,8 @@ def pressure_reading(true_pa: FloatArray, side: str, machine: Truth, dt_s: float
     shown = gain * true_pa + bow + float(getattr(machine, f"pressure_offset_{side}_pa"))
     if machine.pressure_lag_s > 0.0:
         for part in (1.0 - SECOND, SECOND):
-            # m' = (p - m) / tau, the pressure straight between samples
-            stage = ([1.0], [part * machine.pressure_lag_s, 1.0])
-            numerator, denominator, _ = cont2discrete(stage, dt_s, method="foh")
-            rest = lfilter(numerator[0], denominator, shown - shown[0])
-            shown = shown[0] + np.asarray(rest)
+            # m' = (p - m) / tau, by the trapezoidal rule
+            turn = 2.0 * part * machine.pressure_lag_s / dt_s
+            rest = lfilter([1.0, 1.0], [1.0 + turn, 1.0 - turn], shown - shown[0])
+            shown = shown[0] + np.asarray(rest, dtype=np.float64)
     return shown

@@ -194,13 +194,7 @@ def margin(effect: str, values: Mapping[str, float], rig: Rig) -> float:
     sizes = sizes_of(effect, values)
 
     def still_matters(smaller: float) -> bool:
-        return info.matters(
-            {
-                p.name: p.neutral + (sizes[p.name] - p.neutral) * math.exp(-smaller * p.power)
-                for p in info.parameters
-            },
-            scale,
-        )
+        return info.matters(scaled(effect, sizes, -smaller), scale)
 
     if still_matters(1.0):
         return 1.0
@@ -209,6 +203,14 @@ def margin(effect: str, values: Mapping[str, float], rig: Rig) -> float:
         middle = 0.5 * (low + high)
         low, high = (middle, high) if still_matters(middle) else (low, middle)
     return low
+
+
+def scaled(effect: str, sizes: Mapping[str, float], factor: float) -> dict[str, float]:
+    """Sizes of an effect, each with the power by which the outputs depend on it; factor as ln."""
+    return {
+        p.name: p.neutral + (sizes[p.name] - p.neutral) * math.exp(factor * p.power)
+        for p in effects()[effect].parameters
+    }
 
 
 # A fitted value is at an end of its range where less than a thousandth of the range is left.

@@ -48,7 +48,7 @@ from ..model.scale import effect_starts, machine_scale
 from ..model.separation import quadratic
 from ..schema import CouldBeSeen
 from .candidates import FittedCandidate, law_count, repeats_a_law, spelled_out
-from .intervals import margin
+from .intervals import margin, scaled
 from .maps import FORCE
 from .search import candidate_effects
 
@@ -138,7 +138,7 @@ def before_any_fit(record: Record, rig: Rig) -> tuple[CouldBeSeen, ...]:
     except ValueError:  # too short, or nothing moves: the caller has said so
         return ()
     with single_threaded_algebra():
-        return could_be_seen(ground_of(case), candidate_effects(rig))
+        return could_be_seen(ground_of(case), candidate_effects(rig, outputs=case.outputs))
 
 
 def could_be_seen(ground: Ground, effect_ids: Sequence[str]) -> tuple[CouldBeSeen, ...]:
@@ -171,12 +171,12 @@ def smallest(ground: Ground, effect: str) -> CouldBeSeen:
     def needed(factor: float, powers: FloatArray) -> float:
         """The ln of the factor by which the size must grow, or may shrink."""
         return _needed(
-            lambda by: _excess(ground, effect, _scaled(effect, start, factor + by), powers, by)
+            lambda by: _excess(ground, effect, scaled(effect, start, factor + by), powers, by)
         )
 
     below, above, factor, fitted, fits = -math.inf, math.inf, least, None, 0.0
     for _ in range(MOST_RUNS):
-        problem, linear = shown(ground, effect, _scaled(effect, start, factor))
+        problem, linear = shown(ground, effect, scaled(effect, start, factor))
         if linear is None:  # the simulation diverges: it is not like the machine
             by = -math.inf
         else:
@@ -205,16 +205,10 @@ def smallest(ground: Ground, effect: str) -> CouldBeSeen:
         return CouldBeSeen(effect, name, math.nan, "none", start)
     near = factor + by if abs(by) < NEAR else above
     found = least if above <= least else min(max(near, least), most)
-    sizes = _scaled(effect, start, found)
+    sizes = scaled(effect, start, found)
     return CouldBeSeen(
         effect, name, sizes[name], "least_size" if found <= least else "record", sizes
     )
-
-
-def _scaled(effect: str, sizes: Mapping[str, float], factor: float) -> dict[str, float]:
-    """Sizes of an effect, each with the power by which the outputs depend on it; factor as ln."""
-    powers = {parameter.name: parameter.power for parameter in catalogue()[effect].parameters}
-    return {name: size * math.exp(factor * powers[name]) for name, size in sizes.items()}
 
 
 def _range(case: Case, effect: str, start: Mapping[str, float]) -> tuple[float, float]:
@@ -222,14 +216,14 @@ def _range(case: Case, effect: str, start: Mapping[str, float]) -> tuple[float, 
     info, scale = catalogue()[effect], machine_scale(case.rig)
     most = WIDEST
     for parameter in info.parameters:
-        size, power = abs(start[parameter.name]), parameter.power
-        end = parameter.maximum if power > 0.0 else parameter.minimum
+        size, power = abs(start[parameter.name] - parameter.neutral), parameter.power
+        end = (parameter.maximum if power > 0.0 else parameter.minimum) - parameter.neutral
         if power != 0.0 and size > 0.0 and end > 0.0:
             most = min(most, math.log(end / size) / power)
     low, high = -WIDEST, 0.0
     while high - low > 0.01:
         middle = 0.5 * (low + high)
-        if info.matters(_scaled(effect, start, middle), scale):
+        if info.matters(scaled(effect, start, middle), scale):
             high = middle
         else:
             low = middle
