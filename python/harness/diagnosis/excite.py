@@ -27,6 +27,7 @@ from .model.case import make_case
 from .model.scale import effect_starts
 from .next_experiment import MENU, Entry, simulate_experiment
 from .schema import CouldBeSeen
+from .search.identifiability import unmeasured_effects
 from .search.visible import beyond, ground_of, smallest
 
 # Share of the time in which the signals are simulated; the refits take the rest.
@@ -73,8 +74,8 @@ def signals_for(
     Raises
     ------
     ValueError
-        the plant cannot have the effect, the rig has it, or it lacks its limits; or none of the
-        signals stays inside the limits of the machine.
+        the plant cannot have the effect, the rig has it, or it lacks its limits; what is logged
+        cannot show it; or none of the signals stays inside the limits of the machine.
     """
     if pressures and rig.plant != "ehs":
         raise ValueError(
@@ -82,6 +83,9 @@ def signals_for(
         )
     _check(rig, effect)
     names = [POSITION, *(CHAMBER_PRESSURES if pressures else ())]
+    for missing in unmeasured_effects(names, [effect]):
+        advice = "; log the chamber pressures, and add --pressures" if rig.plant == "ehs" else ""
+        raise ValueError(f"--for {effect}: {missing.why}{advice}")
     make = partial(_record, rig, names, dt_s)
     with single_threaded_algebra():
         made = run_together(

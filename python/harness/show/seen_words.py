@@ -6,7 +6,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from types import MappingProxyType
 
-from ..catalogue.parameters import effects
+from ..catalogue.parameters import effects, plant_parameters
 from ..catalogue.spellings import ParameterKey
 from ..diagnosis.schema import CouldBeSeen
 from .gap_words import named_effect, plain_name, quantity, unit_of, value_name
@@ -34,7 +34,8 @@ def seen_size(name: str, size: float) -> str:
     for start, (unit, factor) in ASKED_IN.items():
         if ParameterKey(name).parameter.startswith(start):
             return quantity(_rounded(factor * size), unit, DIGITS)
-    return quantity(_rounded(size), unit_of(name), DIGITS)
+    exact = plant_parameters()[name].neutral  # a gain of 1.02 is one that is wrong by 2 %
+    return quantity(exact + _rounded(size - exact), unit_of(name), DIGITS)
 
 
 def _rounded(size: float) -> float:

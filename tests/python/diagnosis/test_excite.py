@@ -38,3 +38,9 @@ def test_a_rig_without_limits_is_refused() -> None:
         signals_for(read_rig(RIGS / "axis.toml"), "sensor_backlash")
     with pytest.raises(ValueError, match="no chambers"):
         signals_for(read_rig(RIGS / "linear.toml"), "sensor_backlash", pressures=True)
+
+
+def test_an_effect_that_the_logged_signals_cannot_show_is_refused() -> None:
+    for effect in ("pressure_sensor_gain", "position_sensor_delay"):
+        with pytest.raises(ValueError, match="and add --pressures"):
+            signals_for(RIG, effect)
