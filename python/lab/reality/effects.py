@@ -49,12 +49,20 @@ POWERS: Mapping[str, float] = {
     "frequency_hz": 0.0,
     "period_m": 0.0,
     "pressure_pa": 0.0,
+    "pilot_ratio": 0.0,
+    "position_m": 0.0,
 }
+# What stands for no effect where that is not zero.
+NONE: Mapping[str, float] = {"gain_a": 1.0, "gain_b": 1.0}
 
 
 def sized(sizes: Sizes, share: float) -> dict[str, float]:
     """Returns sizes of an effect of which this share is left, above 0."""
-    return {name: size * share ** POWERS.get(name, 1.0) for name, size in sizes.items()}
+    none = {name: NONE.get(name, 0.0) for name in sizes}
+    return {
+        name: none[name] + (size - none[name]) * share ** POWERS.get(name, 1.0)
+        for name, size in sizes.items()
+    }
 
 
 def signed(rng: np.random.Generator, low: float, high: float) -> float:

@@ -81,7 +81,8 @@ class Twin:
             for parameter in catalogue()[one.id].parameters:
                 size = one.parameters.get(parameter.name)
                 if one.id in effects and size is not None and parameter.power and size.value:
-                    half = 0.5 * abs((size.high - size.low) / size.value / parameter.power)
+                    whole = (size.value - parameter.neutral) * parameter.power
+                    half = 0.5 * abs((size.high - size.low) / whole) if whole else 0.0
                     largest = max(largest, half if math.isfinite(half) else 0.0)
         return largest
 
@@ -92,7 +93,7 @@ def _sized(effect: str, sizes: Mapping[str, float], share: float) -> dict[str, f
     for parameter in catalogue()[effect].parameters:
         size = sizes[parameter.name]
         if share > 0.0 and share != 1.0:
-            size *= share**parameter.power
+            size = parameter.neutral + (size - parameter.neutral) * share**parameter.power
         if share == 0.0 or (parameter.power < 0.0 and size > parameter.maximum):
             return dict.fromkeys(sizes, 0.0)
         made[parameter.name] = min(max(size, parameter.minimum), parameter.maximum)
