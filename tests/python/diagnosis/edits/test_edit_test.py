@@ -175,7 +175,9 @@ def test_half_of_an_effect_has_half_of_its_outputs() -> None:
         values = twin.sizes({name: 0.8})
         for parameter in info.parameters:
             made = values[f"effects.{name}.{parameter.name}"]
-            assert made == pytest.approx(sizes[name][parameter.name] * 0.8**parameter.power)
+            error = sizes[name][parameter.name] - parameter.neutral
+            expected = parameter.neutral + error * 0.8**parameter.power
+            assert made == pytest.approx(expected)
         assert set(twin.sizes({name: 0.0}).values()) == {0.0}
     lag = twin_of({"valve_lag": {"bandwidth_hz": 30.0, "damping": 0.8}})
     assert set(lag.sizes({"valve_lag": 0.01}).values()) == {0.0}  # faster than any valve
