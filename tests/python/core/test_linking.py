@@ -3,7 +3,10 @@
 
 import json
 import re
+import sys
 from pathlib import Path
+from types import ModuleType
+from typing import Any
 
 import pytest
 from sources import ROOT
@@ -43,6 +46,51 @@ def test_platformio_names_this_version_and_what_is_there() -> None:
     assert found == SOURCES
     export = library["export"]
     assert all((ROOT / path).exists() for path in export["include"] + export["exclude"])
+
+
+class _Environment(dict[str, Any]):
+    """What the script uses of a construction environment of SCons."""
+
+    def __init__(self, option: str | None) -> None:
+        super().__init__(CXXFLAGS=["-std=gnu++11", "-fno-rtti"], CPPDEFINES=["F_CPU"])
+        self.option = option
+
+    def GetProjectOption(self, name: str, default: str) -> str:  # noqa: N802
+        assert name == "custom_ehsid_c"
+        return default if self.option is None else self.option
+
+    def Replace(self, **values: Any) -> None:  # noqa: N802
+        self.update(values)
+
+    def Append(self, **values: list[str]) -> None:  # noqa: N802
+        for name, more in values.items():
+            self[name] = [*self.get(name, []), *more]
+
+
+@pytest.mark.parametrize("exported", [("env",), ("env", "projenv")])
+@pytest.mark.parametrize("option", [None, "no", "yes"])
+def test_platformio_gives_the_program_what_the_headers_need(
+    option: str | None, exported: tuple[str, ...], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    made = {name: _Environment(option) for name in (*exported, "all")}
+    script = text(json.loads(text("library.json"))["build"]["extraScript"])
+    names: dict[str, Any] = {}
+
+    def imported(name: str) -> None:
+        if name not in exported:
+            raise RuntimeError(f"{name} is not exported")
+        names[name] = made[name]
+
+    scons = ModuleType("SCons.Script")
+    scons.Import, scons.DefaultEnvironment = imported, lambda: made["all"]  # type: ignore[attr-defined]
+    monkeypatch.setitem(sys.modules, "SCons", ModuleType("SCons"))
+    monkeypatch.setitem(sys.modules, "SCons.Script", scons)
+    exec(compile(script, "platformio.py", "exec"), names)
+    for_c = option == "yes"
+    for environment in made.values():
+        assert environment["CXXFLAGS"] == ["-fno-rtti", "-std=gnu++17"]
+        assert ("EHSID_WITHOUT_EIGEN" in environment["CPPDEFINES"]) != for_c
+    assert made["env"].get("SRC_FILTER") == (None if for_c else ["-<*>"])
 
 
 def test_zephyr_module_names_what_is_there() -> None:
