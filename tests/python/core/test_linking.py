@@ -3,6 +3,7 @@
 
 import json
 import re
+import subprocess
 import sys
 from pathlib import Path
 from types import ModuleType
@@ -91,6 +92,34 @@ def test_platformio_gives_the_program_what_the_headers_need(
         assert environment["CXXFLAGS"] == ["-fno-rtti", "-std=gnu++17"]
         assert ("EHSID_WITHOUT_EIGEN" in environment["CPPDEFINES"]) != for_c
     assert made["env"].get("SRC_FILTER") == (None if for_c else ["-<*>"])
+
+
+def test_esp_idf_gives_the_program_the_headers_without_eigen(tmp_path: Path) -> None:
+    """CMake runs with a stand-in for the function of ESP-IDF, and for a program."""
+    (tmp_path / "main.cpp").write_text(
+        "#include <ehsid/ehsid.hpp>\n"
+        "#ifndef EHSID_WITHOUT_EIGEN\n#error\n#endif\n"
+        "int main() {\n"
+        "  ehsid::ServoEstimator<float> estimator;\n"
+        "  return estimator.step(1.0F, 0.1F) == ehsid::Status::ok ? 1 : 0;  // it has no sampling time\n"
+        "}\n"
+    )
+    (tmp_path / "CMakeLists.txt").write_text(
+        "cmake_minimum_required(VERSION 3.22)\nproject(program LANGUAGES CXX)\n"
+        "set(ESP_PLATFORM TRUE)\nset(COMPONENT_LIB component)\n"
+        "function(idf_component_register)\n"
+        '  cmake_parse_arguments(PARSE_ARGV 0 told "" "" INCLUDE_DIRS)\n'
+        "  add_library(component INTERFACE)\n"
+        "  list(TRANSFORM told_INCLUDE_DIRS PREPEND ${CMAKE_CURRENT_SOURCE_DIR}/)\n"
+        "  target_include_directories(component INTERFACE ${told_INCLUDE_DIRS})\n"
+        "endfunction()\n"
+        f"add_subdirectory({ROOT} component)\n"
+        "add_executable(program main.cpp)\ntarget_link_libraries(program component)\n"
+    )
+    build = tmp_path / "build"
+    subprocess.run(["cmake", "-S", tmp_path, "-B", build], check=True, capture_output=True)
+    subprocess.run(["cmake", "--build", build], check=True, capture_output=True)
+    assert subprocess.run([build / "program"], check=False).returncode == 0
 
 
 def test_zephyr_module_names_what_is_there() -> None:
