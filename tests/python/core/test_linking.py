@@ -101,7 +101,7 @@ def test_esp_idf_gives_the_program_the_headers_without_eigen(tmp_path: Path) -> 
         "#ifndef EHSID_WITHOUT_EIGEN\n#error\n#endif\n"
         "int main() {\n"
         "  ehsid::ServoEstimator<float> estimator;\n"
-        "  return estimator.step(1.0F, 0.1F) == ehsid::Status::ok ? 1 : 0;  // it has no sampling time\n"
+        "  return estimator.step(1.0F, 0.1F) == ehsid::Status::ok ? 1 : 0;\n"
         "}\n"
     )
     (tmp_path / "CMakeLists.txt").write_text(
