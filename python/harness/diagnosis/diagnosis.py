@@ -19,14 +19,14 @@ from ..rigs import Rig
 from ..rigs.rig import table_subsystem
 from .data.gate import gate, usable_part
 from .data.regimes import BOOTSTRAP_SEED, Regimes, visited
-from .deciding import EFFECT, FIT_TOGETHER, WORSE_HELD_OUT
+from .deciding import EFFECT, FIT_TOGETHER, WORSE_HELD_OUT, WORSENED
 from .decision import results
 from .decision.effect_selection import (
     Selection,
     least_loss,
     percent,
     select_effects,
-    with_inside,
+    with_further,
 )
 from .decision.inside import Inside, evidence_of
 from .decision.posterior import left, with_law
@@ -445,11 +445,20 @@ def _evaluate(
     inside: tuple[Inside, ...] = ()
     if case.engine is not None:
         inside = tuple(values_that_moved(case, selection.best))
-        selection = with_inside(selection, search_result, evidence_of(inside), unnamed=bool(inside))
+        selection = with_further(
+            selection, search_result, evidence_of(inside), unnamed=bool(inside)
+        )
     best = selection.best
     runs, reduction = results.held_out_results(
         case, search_result.nominal, search_result.calibrated, best
     )
+    if results.worse_outputs(reduction):
+        selection = with_further(selection, search_result, WORSENED, unnamed=bool(inside))
+        if selection.best is not best:
+            best = selection.best
+            runs, reduction = results.held_out_results(
+                case, search_result.nominal, search_result.calibrated, best
+            )
     values, moved = results.estimates(case, best)
     calibration = results.calibration_of(case, values, moved)
     hardly_shown = effects_hardly_shown(best, regimes, case.rig.plant)

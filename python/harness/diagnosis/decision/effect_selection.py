@@ -178,16 +178,16 @@ def select_effects(case: Case, search_result: SearchResult) -> Selection:
     return Selection(best, tuple(named[1:]), answer, probabilities)
 
 
-def with_inside(
-    selection: Selection, search_result: SearchResult, evidence: float, *, unnamed: bool
+def with_further(
+    selection: Selection, search_result: SearchResult, evidence: float, *, unnamed: bool = False
 ) -> Selection:
-    """Returns the selection with evidence, nats, for a cause inside of a user's simulator.
+    """Returns the selection with further evidence, nats, for a cause that the catalogue lacks.
 
     Where a cause outside is likely and effects cannot be tried, "nothing is missing" can lose least
     although it is hardly possible; below `TOLD` it is no answer.
 
-    unnamed: whether effects that the simulator cannot be given could look like those of the best
-    set. Beside a cause outside none is then named.
+    unnamed: whether effects that a user's simulator cannot be given could look like those of the
+    best set. Beside a cause outside none is then named.
     """
     probabilities = with_outside(selection.posterior, evidence)
     answer = least_loss(probabilities, TOLD)

@@ -291,21 +291,27 @@ def _worse_calibration(best: FittedCandidate, reduction: HowFar) -> list[str]:
     ]
 
 
-def _worse_outputs(reduction: HowFar) -> list[str]:
-    """Says which outputs the last simulation shows clearly worse than the rig as configured.
+def worse_outputs(reduction: HowFar) -> tuple[str, ...]:
+    """Names of the outputs that the last simulation shows clearly worse than the rig as configured.
 
     Better values for some outputs at the cost of another one stand in for a cause that is missing.
     """
-    sentences = []
-    for name, gaps in reduction.gaps.items():
-        more = gaps.augmented - gaps.nominal
-        if gaps.augmented > WORSE_OUTPUT * gaps.nominal and more > reduction.noise_floor[1]:
-            sentences.append(
-                f"{name} gets worse: its gap on held-out data is {percent(gaps.augmented)} in "
-                f"place of {percent(gaps.nominal)} with the simulator as configured. Do not use "
-                "the found values where this output matters: they stand in for something else."
-            )
-    return sentences
+    return tuple(
+        name
+        for name, gaps in reduction.gaps.items()
+        if gaps.augmented > WORSE_OUTPUT * gaps.nominal
+        and gaps.augmented - gaps.nominal > reduction.noise_floor[1]
+    )
+
+
+def _worse_outputs(reduction: HowFar) -> list[str]:
+    return [
+        f"{name} gets worse: its gap on held-out data is {percent(gaps.augmented)} in place of "
+        f"{percent(gaps.nominal)} with the simulator as configured. Do not use the found values "
+        "where this output matters: they stand in for something else."
+        for name, gaps in reduction.gaps.items()
+        if name in worse_outputs(reduction)
+    ]
 
 
 def _cause_not_excluded(selection: Selection) -> list[str]:

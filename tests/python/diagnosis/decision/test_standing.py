@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 import pytest
 from hypothesis import assume, given
@@ -10,8 +12,14 @@ from hypothesis import strategies as st
 from made_candidates import CASE, candidate, search_result
 from msgspec.structs import replace
 
-from ehsid.harness.diagnosis.decision.effect_selection import chance, select_effects, standing
-from ehsid.harness.diagnosis.decision.results import caveats
+from ehsid.harness.diagnosis.deciding import WORSENED
+from ehsid.harness.diagnosis.decision.effect_selection import (
+    chance,
+    select_effects,
+    standing,
+    with_further,
+)
+from ehsid.harness.diagnosis.decision.results import caveats, worse_outputs
 from ehsid.harness.diagnosis.schema import Gaps, HowFar, Value
 from ehsid.harness.diagnosis.search.intervals import likelihood_gain
 
@@ -217,5 +225,12 @@ def test_an_output_that_the_found_values_make_worse_is_said() -> None:
     of_all = replace(reduction(0.155, 0.07, 0.07), gaps=gaps)
     (sentence,) = caveats(CASE, result, selection, of_all)
     assert sentence.startswith("position_m gets worse: its gap on held-out data is 4.0 % in place")
+    assert worse_outputs(of_all) == ("position_m",)
+    further = with_further(selection, result, WORSENED)
+    before, after = selection.posterior.outside, further.posterior.outside
+    # ln of the odds grows by what WORSENED says.
+    assert math.log(after / (1.0 - after)) == pytest.approx(
+        math.log(before / (1.0 - before)) + WORSENED, rel=1e-9
+    )
     smaller = {**gaps, "position_m": Gaps(0.01, 0.04, 0.0105)}
     assert caveats(CASE, result, selection, replace(of_all, gaps=smaller)) == ()
