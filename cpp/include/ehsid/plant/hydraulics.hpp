@@ -161,15 +161,15 @@ class Hydraulics {
   MeteringEdges<Scalar> edges_;
   Scalar overlap_pa_, overlap_at_, overlap_pb_, overlap_bt_;
   Scalar gain_pa_, gain_at_, gain_pb_, gain_bt_;  // K of each edge
-  bool steep_leakage_ = false;
-  bool line_ = false;
   Scalar inverse_resistance_{}, inverse_capacitance_{};
   RingingLine<Scalar> pressure_line_;
   Counterbalance<Scalar> counterbalance_;
-  bool throttled_ = false;
   Scalar poppet_a_{}, poppet_b_{};  // shares of the edges to tank
   Pressures<Scalar> pressure_{};
   Scalar compression_a_{}, compression_b_{};  // s; at -V s / beta the oil has parted
+  bool steep_leakage_ = false;
+  bool line_ = false;
+  bool throttled_ = false;
 };
 
 template <class Scalar>
