@@ -59,8 +59,10 @@ NONE: Mapping[str, float] = {"gain_a": 1.0, "gain_b": 1.0}
 def sized(sizes: Sizes, share: float) -> dict[str, float]:
     """Returns sizes of an effect of which this share is left, above 0."""
     none = {name: NONE.get(name, 0.0) for name in sizes}
+    # A relief valve that cracks lower does more, a counterbalance valve that opens lower less.
+    powers = {**POWERS, "pressure_pa": 1.0 if "pilot_ratio" in sizes else POWERS["pressure_pa"]}
     return {
-        name: none[name] + (size - none[name]) * share ** POWERS.get(name, 1.0)
+        name: none[name] + (size - none[name]) * share ** powers.get(name, 1.0)
         for name, size in sizes.items()
     }
 

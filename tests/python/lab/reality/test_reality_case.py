@@ -72,8 +72,11 @@ def test_the_catalogue_is_that_of_the_diagnosis() -> None:
     assert drawn == {name: catalogue[name] for name in catalogue.keys() - NOT_MADE}
     for effect in ehsid.effects():
         assert (
-            sized(dict.fromkeys(catalogue[effect.id], 1.0), 0.5)
-            == {parameter.name: 0.5**parameter.power for parameter in effect.parameters}
+            sized(dict.fromkeys(catalogue[effect.id], 3.0), 0.5)
+            == {
+                one.name: one.neutral + (3.0 - one.neutral) * 0.5**one.power
+                for one in effect.parameters
+            }
             or effect.id in NOT_MADE
         )
     subsystems = {effect.id: effect.subsystem for effect in ehsid.effects()}

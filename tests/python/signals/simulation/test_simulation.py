@@ -148,7 +148,7 @@ def test_noise_without_a_deviation_in_the_rig_is_refused() -> None:
 def test_catalogue_as_json() -> None:
     outcome = CliRunner().invoke(cli, ["effects", "--json"])
     effects = json.loads(outcome.stdout)
-    assert len(effects) == 27
+    assert len(effects) == 33
     for effect in effects:
         assert all(effect[key] for key in ("id", "subsystem", "equation", "source", "excitation"))
         for parameter in effect["parameters"]:
