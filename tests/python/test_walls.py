@@ -112,7 +112,12 @@ PRODUCT: dict[str, set[str]] = {
         *("diagnosis/decision", "diagnosis/model", "diagnosis/search", "diagnosis/tables"),
         "rigs",
     },
-    "diagnosis/edits": {*BELOW_DIAGNOSIS, "diagnosis/model", "diagnosis/search"},
+    "diagnosis/edits": {
+        *BELOW_DIAGNOSIS,
+        "diagnosis/decision",
+        "diagnosis/model",
+        "diagnosis/search",
+    },
     "diagnosis/next_experiment": {*BELOW_DIAGNOSIS, "diagnosis/model", "signals/excitation"},
     "diagnosis": {
         *("diagnosis/data", "diagnosis/decision", "diagnosis/laws", "diagnosis/model"),

@@ -27,6 +27,10 @@ OCTAVES_WITHIN, LEAST_SHARE = 0.75, 0.25
 # sensor. Without it an octave in which nothing moves would judge by the seventh digit.
 LEAST_TOLERANCE = 0.001
 
+# Share by which friction differs from one break-away to the next, or from its law. It was chosen on
+# one record of a rod that sticks and slips, of which a fifth would have taken all that was left.
+REPEATS = 0.05
+
 # --- Probabilities -------------------------------------------------------------------------------
 # Number of independent errors in a diagnosis: evidence, nats, for errors that are smaller by a
 # factor of e on the average. Errors of a model repeat from window to window: a longer record or a

@@ -25,6 +25,7 @@ from ...records import Record
 from ..data.gate import gate, usable_part
 from ..data.regimes import visited
 from ..deciding import NEAR_FLOOR
+from ..decision.effect_selection import percent
 from ..model.differences import SimulatorEngine
 from ..schema import Estimate
 from ..search.identifiability import unidentifiable_effects
@@ -285,11 +286,6 @@ def in_words(effects: Sequence[str]) -> str:
     """Returns the ids of effects as a list in words, each with its article."""
     words = [f"the {effect_name(effect)}" for effect in effects]
     return words[0] if len(words) == 1 else ", ".join(words[:-1]) + " and " + words[-1]
-
-
-def percent(share: float) -> str:
-    """Returns a gap in per cent with two digits."""
-    return f"{100.0 * share:#.2g} %" if 0.0 < share < 0.0995 else f"{100.0 * share:.0f} %"
 
 
 def share_words(left: Estimate) -> str:

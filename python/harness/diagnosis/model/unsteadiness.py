@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: MIT
 """What no simulator tells of a rod that sticks and slips: when it breaks away next.
 
-The friction at which a rod breaks away differs from one time to the next, by 5 % and more
-(Armstrong-Helouvry et al., Automatica 30(7), 1994). Where a rod slides and stops once in a while,
+The friction at which a rod breaks away differs from one time to the next, and no law of friction is
+exact: REPEATS is what is assumed of both together. Where a rod slides and stops once in a while,
 errors follow such a difference in proportion. Where it sticks and slips, each break-away moves the
 next one, and what such a motion leaves is no evidence for a further cause. Simulations y(+), y(-)
 with the sizes of the friction larger and smaller by this share, and y(0) between them, tell both
@@ -22,10 +22,8 @@ import numpy as np
 from ...base.numbers import FloatArray
 from ...catalogue.parameters import effects
 from ...catalogue.spellings import ParameterKey
+from ..deciding import REPEATS
 from .problem import CENTRED, Problem
-
-# Share by which the friction differs from one break-away to the next.
-REPEATS = 0.05
 
 
 def lost_motion_power(problem: Problem, x: FloatArray) -> Mapping[str, FloatArray]:

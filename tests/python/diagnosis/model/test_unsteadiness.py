@@ -7,8 +7,9 @@ import gap_cases as made
 import numpy as np
 import pytest
 
+from ehsid.harness.diagnosis.deciding import REPEATS
 from ehsid.harness.diagnosis.model.case import Case, make_case
-from ehsid.harness.diagnosis.model.unsteadiness import REPEATS, lost_motion_power
+from ehsid.harness.diagnosis.model.unsteadiness import lost_motion_power
 from ehsid.harness.records import make_record
 from ehsid.harness.signals.excitation import triangle
 from ehsid.harness.signals.simulation import simulate
