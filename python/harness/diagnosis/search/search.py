@@ -196,7 +196,7 @@ def search(
             break
     refined += run_together(_spelled_out_tasks(case, effect_ids, refined, refined))
     calibrated, *refined = never_behind(case, without_small_effects(case, [calibrated, *refined]))
-    refined = _with_usual_sizes(case, refined)
+    refined = with_usual_sizes(case, refined)
     look("deciding", nominal, calibrated, _by_held_out_cost(calibrated, *refined, *screened))
     return SearchResult(
         nominal, calibrated, tuple(sorted(refined, key=_held_out_cost)), tuple(screened)
@@ -542,7 +542,7 @@ def without_small_effects(
     return list(by_set.values())
 
 
-def _with_usual_sizes(case: Case, candidates: Sequence[FittedCandidate]) -> list[FittedCandidate]:
+def with_usual_sizes(case: Case, candidates: Sequence[FittedCandidate]) -> list[FittedCandidate]:
     """Fits again the sets in which a law has more of its own than any servo has, with less of it.
 
     Where a motion does not show how a law ends, such as friction at rest where the rod never rests

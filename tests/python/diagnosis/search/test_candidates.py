@@ -9,7 +9,7 @@ import ehsid
 from ehsid.harness.catalogue.parameters import acts_on, plant_parameters
 from ehsid.harness.diagnosis import fit
 from ehsid.harness.diagnosis.model.case import Case, make_case
-from ehsid.harness.diagnosis.model.fit import GAIN
+from ehsid.harness.diagnosis.model.fit import GAIN, Fit
 from ehsid.harness.diagnosis.model.parameters import effect_parameters
 from ehsid.harness.diagnosis.model.scale import effect_starts
 from ehsid.harness.diagnosis.search.candidates import (
@@ -19,11 +19,14 @@ from ehsid.harness.diagnosis.search.candidates import (
     calibrate,
     calibrate_nuisances,
     decision_case,
+    evaluate,
     linearised_start,
     nominal_candidate,
     refine,
     screen,
 )
+from ehsid.harness.diagnosis.search.intervals import matters
+from ehsid.harness.diagnosis.search.search import with_usual_sizes
 from ehsid.harness.records import make_record
 from ehsid.harness.rigs import read_rig
 from ehsid.harness.signals.excitation import multisine
@@ -291,3 +294,24 @@ def test_a_limit_cycle_is_calibrated_from_distant_values() -> None:
     for name in case.outputs:
         deviation = np.std(problem.errors(calibrated.x)[name])
         assert deviation < 2.0 * np.std(problem.errors(best.x)[name])
+
+
+@pytest.mark.slow
+def test_a_law_beyond_usual_sizes_is_fitted_again_with_the_largest_usual_one() -> None:
+    """Of Stribeck friction that a fit left with ten times as much at rest as at speed."""
+    case = made.case_of(FRICTION)
+    problem = case.problem(("stribeck_friction",))
+    sizes = {"coulomb_n": 400.0, "static_n": 4000.0, "stribeck_velocity_m_s": 2e-4}
+    named = {f"effects.stribeck_friction.{name}": size for name, size in sizes.items()}
+    x = problem.centre()
+    for place, parameter in enumerate(problem.parameters):
+        x[place] = parameter.place(named.get(parameter.name, parameter.value(x[place])))
+    large = evaluate(case, ("stribeck_friction",), Fit(x, problem.cost(x), 0, True))
+    usual = calibrate(case)
+    found, same = with_usual_sizes(case, [large, usual])
+    assert same is usual
+    assert not matters("stribeck_friction", large.values, case.rig)
+    static = found.values["effects.stribeck_friction.static_n"]
+    # At rest three times what was held at speed then; what is held at speed is fitted again.
+    assert 0.95 * 1200.0 < static <= 1200.0
+    assert found.cost < large.cost
