@@ -14,6 +14,8 @@ from made_spectra import spectrum_of
 
 from ehsid.harness.diagnosis.data.floor import NoiseFloor
 from ehsid.harness.diagnosis.deciding import INDEPENDENT
+from ehsid.harness.diagnosis.decision.effect_selection import Selection, select_effects
+from ehsid.harness.diagnosis.decision.hypotheses import posterior
 from ehsid.harness.diagnosis.model.case import Case
 from ehsid.harness.diagnosis.model.parameters import Parameter
 from ehsid.harness.diagnosis.model.spectrum import BANDS, OutputLikelihood
@@ -115,3 +117,8 @@ def search_result(
 ) -> SearchResult:
     ordered = tuple(sorted(candidates, key=lambda each: each.held_out_cost))
     return SearchResult(candidate(rms=nominal), calibrated, ordered, ())
+
+
+def chosen(found: SearchResult) -> Selection:
+    """The answer that loses least under the probabilities of these fits."""
+    return select_effects(found, posterior(CASE, found.calibrated, found.refined))

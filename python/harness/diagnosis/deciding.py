@@ -69,6 +69,8 @@ MOVED_FREELY, MOVED_TOO_FAR = 2.0, 3.0
 # Share of the probability that is spread over all answers alike: in three cases of a hundred the
 # search has missed the cause, or the machine does what nobody thought of.
 LAPSE = 0.03
+# An answer is told, and an effect is named beside a cause outside, from one in ten on.
+TOLD = 0.1
 # From this probability on a cause outside of the catalogue is reason to fit all records together:
 # the held-out ones may excite what the others do not.
 FIT_TOGETHER = 0.2
@@ -93,9 +95,6 @@ SET_WITHOUT_TRUTH = 5.0
 FORCE_DEVIATIONS = 2.0
 
 # --- Values of the rig ---------------------------------------------------------------------------
-# Values of the rig differ from the rig file only where holding them there makes the errors larger
-# by this, ln on the average.
-VALUES = 0.15
 # A value has moved if it did so by this many standard deviations of the rig file, and of the fit.
 MOVED_PRIOR = 1.0
 MOVED_FIT = 2.0

@@ -19,17 +19,11 @@ from ..rigs import Rig
 from ..rigs.rig import table_subsystem
 from .data.gate import gate, usable_part
 from .data.regimes import BOOTSTRAP_SEED, Regimes, visited
-from .deciding import EFFECT, FIT_TOGETHER, WORSE_HELD_OUT, WORSENED
+from .deciding import FIT_TOGETHER, WORSE_HELD_OUT, WORSENED
 from .decision import results
-from .decision.effect_selection import (
-    Selection,
-    least_loss,
-    percent,
-    select_effects,
-    with_further,
-)
+from .decision.effect_selection import Selection, percent, select_effects
+from .decision.hypotheses import SHOWN, posterior
 from .decision.inside import Inside, evidence_of
-from .decision.posterior import left, with_law
 from .decision.verdict import Decision, decide
 from .job import LOGGER, Begun, Pace, Watch, look_for
 from .laws.choosing import LawsFound, missing_laws
@@ -63,6 +57,7 @@ from .search.identifiability import (
     unmeasured_effects,
 )
 from .search.maps import QUANTISATION, localise, position_step
+from .search.score import left
 from .search.search import Look, SearchResult, candidate_effects, search
 from .search.visible import could_be_seen, ground_of
 from .user_simulator import (
@@ -74,10 +69,6 @@ from .user_simulator import (
     simulator_remarks,
     values_that_moved,
 )
-
-# Probability of an effect that the record itself shows. In three of a hundred cases the cause is
-# one that nobody thought of.
-LARGEST_PROBABILITY = 0.97
 
 FITTED_TOGETHER = (
     "The records that are held out excite what the others do not: fitted apart from them nothing "
@@ -193,11 +184,8 @@ def _diagnose(
         look = look_for(watch, begun, pace, joint_case)
         joint = _evaluate(joint_case, regimes, options, pace, look)
         joint = _with_missing_laws(joint, regimes, pace, look)
-        if joint.selection.posterior.outside < FIT_TOGETHER or joint.laws is not None:
-            evaluation = joint
-            remarks = (*remarks, Remark("", FITTED_TOGETHER))
-    if evaluation.laws is None:
-        look = look_for(watch, begun, pace, evaluation.case)
+        evaluation, remarks = joint, (*remarks, Remark("", FITTED_TOGETHER))
+    else:
         evaluation = _with_missing_laws(evaluation, regimes, pace, look)
     case, search_result, laws = evaluation.case, evaluation.search_result, evaluation.laws
     selection, decision = evaluation.selection, evaluation.decision
@@ -351,7 +339,7 @@ def _quantisation_effect(
     if step is None:
         return ()
     share = 0.0 if fitted_effects else 1.0
-    return (Effect(QUANTISATION, LARGEST_PROBABILITY, {"step_m": Value.of(step)}, share),)
+    return (Effect(QUANTISATION, SHOWN, {"step_m": Value.of(step)}, share),)
 
 
 def _ambiguity_set(
@@ -441,19 +429,20 @@ def _evaluate(
         (search_result.calibrated, *search_result.refined), key=lambda each: left(case, each)
     )
     case = case.with_unknown_commands(ahead.effects, ahead.x)
-    selection = select_effects(case, search_result)
+    probabilities = posterior(case, search_result.calibrated, search_result.refined)
+    selection = select_effects(search_result, probabilities)
     inside: tuple[Inside, ...] = ()
     if case.engine is not None:
         inside = tuple(values_that_moved(case, selection.best))
-        selection = with_further(
-            selection, search_result, evidence_of(inside), unnamed=bool(inside)
-        )
+        probabilities = probabilities.with_evidence(evidence_of(inside))
+        selection = select_effects(search_result, probabilities, unnamed=bool(inside))
     best = selection.best
     runs, reduction = results.held_out_results(
         case, search_result.nominal, search_result.calibrated, best
     )
     if results.worse_outputs(reduction):
-        selection = with_further(selection, search_result, WORSENED, unnamed=bool(inside))
+        probabilities = probabilities.with_evidence(WORSENED)
+        selection = select_effects(search_result, probabilities, unnamed=bool(inside))
         if selection.best is not best:
             best = selection.best
             runs, reduction = results.held_out_results(
@@ -489,19 +478,15 @@ def _with_missing_laws(
     if case.engine is not None:  # a law needs the equations of the simulator
         return evaluation
     kind, probabilities = evaluation.selection.answer.kind, evaluation.selection.posterior
-    in_doubt = kind == "healthy" and probabilities.outside >= FIT_TOGETHER
-    # Where the rig without effects has the answer, a law must earn the cost of two effects more.
-    least = 2.0 * EFFECT if in_doubt else 0.0
-    if kind != "outside" and not in_doubt:
+    if kind not in ("outside", "healthy") or probabilities.outside < FIT_TOGETHER:
         return evaluation
     ahead = evaluation.selection.best
     _tell(look, "laws", search_result, ahead, tasks=2 if ahead.effects else 1)
     laws = missing_laws(case, search_result.calibrated, ahead, pace.within)
-    if laws is None or laws.evidence < least:
+    if laws is None:
         return evaluation
-    probabilities = with_law(probabilities, laws.evidence, laws.candidate.effects, laws.probability)
-    answer = least_loss(probabilities)
-    if answer.kind != "outside":
+    selection = select_effects(search_result, probabilities.with_laws(laws.hypotheses))
+    if selection.answer.kind != "outside":
         return evaluation
     fitted = (search_result.calibrated, *search_result.refined)
     best = next(
@@ -516,7 +501,7 @@ def _with_missing_laws(
     values |= {name: evaluation.values[name] for name in laws.held}
     return replace(
         evaluation,
-        selection=Selection(best, (), answer, probabilities),
+        selection=replace(selection, best=best, equivalent=()),
         runs=runs,
         reduction=reduction,
         values=values,

@@ -36,13 +36,13 @@ from ..records import Record
 from ..rigs import Rig
 from .deciding import WORSE_HELD_OUT
 from .decision import results
-from .decision.posterior import left
 from .model.case import Case
 from .options import DEFAULTS, DiagnosisOptions
 from .result import Diagnosis, Interim, Stage
 from .search.candidates import FittedCandidate
 from .search.gap_reduction import mean_gap
 from .search.intervals import above_floor
+from .search.score import left
 from .search.search import Look
 
 DIAGNOSIS = "diagnosis.json"

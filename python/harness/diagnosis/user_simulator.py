@@ -19,12 +19,12 @@ from ..signals.simulation import measured_states
 from ..simulators.runs import opened_runs
 from .decision import results
 from .decision.inside import Inside, inside_sentences, moved_furthest, outside_shares
-from .decision.posterior import left
 from .model.case import Case
 from .model.differences import SimulatorEngine
 from .options import Effort
 from .schema import SUBSYSTEMS, CannotJudge, Remark, Verdict, Where
 from .search.candidates import FittedCandidate
+from .search.score import left
 from .search.search import SearchResult
 
 

@@ -18,7 +18,7 @@ import numpy as np
 import ehsid
 from ehsid.harness.base.numbers import FloatArray
 from ehsid.harness.base.parallel import Progress
-from ehsid.harness.diagnosis.decision.posterior import IN_USE, Constants
+from ehsid.harness.diagnosis.search.score import IN_USE, Constants
 
 from ..scoring.figures import Figure, Range, mean, share
 from ..scoring.judging import KNOWN

@@ -10,13 +10,9 @@ import numpy as np
 import numpy.typing as npt
 
 from ehsid.harness.base.numbers import FloatArray
-from ehsid.harness.diagnosis.decision.posterior import (
-    Constants,
-    outside_score,
-    probabilities_of,
-    score,
-)
+from ehsid.harness.diagnosis.decision.hypotheses import outside_score, probabilities_of
 from ehsid.harness.diagnosis.search.candidates import law_count
+from ehsid.harness.diagnosis.search.score import Constants, score
 
 from .machines import Machine
 
@@ -31,7 +27,7 @@ class Choices:
     left: FloatArray
     laws: FloatArray
     small: FloatArray
-    """(N, M): arguments of `posterior.score`; zero where a machine has fewer sets."""
+    """(N, M): arguments of `score.score`; zero where a machine has fewer sets."""
     present: BoolArray
     """(N, M): whether the machine has this set."""
     left_by_none: FloatArray

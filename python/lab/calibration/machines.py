@@ -41,7 +41,7 @@ MEASURES: tuple[Measure, ...] = get_args(Measure)
 
 @dataclass(frozen=True)
 class WeighedSet:
-    """A set of effects that the decision weighed; `left`, `small`: as `posterior.Hypothesis`."""
+    """A set of effects that the decision weighed; `left`, `small`: as `hypotheses.Hypothesis`."""
 
     effects: tuple[str, ...]
     left: float

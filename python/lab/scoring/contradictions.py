@@ -9,8 +9,8 @@ from collections.abc import Sequence
 
 from ehsid.harness.catalogue.parameters import effects
 from ehsid.harness.catalogue.spellings import ParameterKey
-from ehsid.harness.diagnosis.deciding import NEAR_FLOOR
-from ehsid.harness.diagnosis.decision.effect_selection import OPEN, TOLD, in_words
+from ehsid.harness.diagnosis.deciding import NEAR_FLOOR, TOLD
+from ehsid.harness.diagnosis.decision.effect_selection import OPEN, in_words
 from ehsid.harness.diagnosis.decision.results import MUCH_REMOVED, WORSE_CALIBRATED
 from ehsid.harness.diagnosis.decision.verdict import agrees_as_configured, is_gained
 from ehsid.harness.diagnosis.schema import Candidate, DiagnosisFile

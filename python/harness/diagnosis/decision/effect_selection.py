@@ -3,49 +3,28 @@
 
 Sets of effects and gaps as words of a sentence.
 
-The answer that loses least: each possible answer costs something under each possible truth.
-
-| answer | truth: nothing is missing | this set | another set | outside |
-|---|---|---|---|---|
-| nothing is missing | 0 | - | MISSED | MISSED |
-| a set of effects | FALSE_ALARM | 0 | WRONG_NAME, or MISSED | WRONG_NAME |
-| m sets | FALSE_ALARM | (m - 1) FURTHER_MEMBER | SET_WITHOUT_TRUTH | SET_WITHOUT_TRUTH |
-| outside of the catalogue | FALSE_ALARM | - | NEEDLESS_OUTSIDE | 0 |
-
-A set that has an effect of the true one misses the others; else it is a wrong name. All laws of
-friction count as one effect.
-
 Standing of each candidate beside the named set, with the reason; it only reads the selection.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Literal
 
 from ...catalogue.parameters import effect_name, effects, plant_parameters
 from ...catalogue.spellings import ParameterKey
 from ...rigs import Rig
-from ..deciding import (
-    FALSE_ALARM,
-    FURTHER_MEMBER,
-    MISSED,
-    NEEDLESS_OUTSIDE,
-    SET_WITHOUT_TRUTH,
-    WRONG_NAME,
-)
+from ..deciding import TOLD
 from ..model.case import Case
 from ..search.candidates import FittedCandidate, effect_families
 from ..search.intervals import likelihood_gain, matters, simpler_part, too_large
 from ..search.search import SearchResult
-from .posterior import Hypothesis, Posterior, posterior, with_outside
+from .hypotheses import Answer, Hypothesis, Posterior, least_loss
 
-# A cause is called open where all other answers together are as probable as one in five. An answer
-# is told, and an effect is named beside a cause outside, from one in ten on.
+# A cause is called open where all other answers together are as probable as one in five.
 OPEN = 0.2
-TOLD = 0.1
 
 
 def in_words(effects: Sequence[str]) -> str:
@@ -66,62 +45,6 @@ def chance(probability: float) -> str:
     if probability < 0.001:
         return "less than 0.1 %"
     return percent(probability) if probability <= 0.99 else "more than 99 %"
-
-
-Kind = Literal["healthy", "effects", "ambiguous", "outside"]
-
-
-@dataclass(frozen=True, eq=False)
-class Answer:
-    """An answer to the question which effects cause the gap."""
-
-    kind: Kind
-    """"healthy": no effect is missing; "effects": the one set of `named`; "ambiguous": one of the
-    sets of `named`; "outside": a cause outside of the catalogue, beside the set of `named`, which
-    may be empty."""
-    named: tuple[Hypothesis, ...]
-    """Sets of effects, of each family its most probable one; most probable family first."""
-    loss: float
-    """Expected loss."""
-
-
-def least_loss(posterior: Posterior, least_sound: float = 0.0) -> Answer:
-    """Returns the answer with the least expected loss under the probabilities.
-
-    least_sound: probability of no missing effect below which that is no answer.
-    """
-    answers = [
-        answer
-        for answer in _answers(posterior)
-        if answer.kind != "healthy" or posterior.healthy.probability >= least_sound
-    ]
-    return min(answers, key=lambda answer: answer.loss)
-
-
-def _answers(posterior: Posterior) -> Iterator[Answer]:
-    healthy = posterior.healthy
-    probability = {families: share for families, share in posterior.by_families() if families}
-    sets = tuple(posterior.first_of(families) for families in probability)
-    of_any = sum(probability.values())
-    sound, outside = healthy.probability, posterior.outside
-    yield Answer("healthy", (), MISSED * (of_any + outside))
-    alarm = FALSE_ALARM * sound
-    best = posterior.hypotheses[0]
-    is_told = all(posterior.of_effect(effect) >= TOLD for effect in best.candidate.effects)
-    beside = (best,) if best.candidate.effects and is_told else ()
-    yield Answer("outside", beside, alarm + NEEDLESS_OUTSIDE * of_any)
-    for named in sets:
-        others = sum(
-            share * (MISSED if families & named.families else WRONG_NAME)
-            for families, share in probability.items()
-            if families != named.families
-        )
-        yield Answer("effects", (named,), alarm + others + WRONG_NAME * outside)
-    for count in range(2, len(sets) + 1):
-        inside = sum(probability[each.families] for each in sets[:count])
-        without_truth = SET_WITHOUT_TRUTH * (of_any - inside + outside)
-        further = FURTHER_MEMBER * (count - 1) * inside
-        yield Answer("ambiguous", sets[:count], alarm + further + without_truth)
 
 
 @dataclass(frozen=True, eq=False)
@@ -160,40 +83,25 @@ class Selection:
             for families, share in self.posterior.by_families()
             if share >= TOLD and families != named
         ]
-        return tuple(self.posterior.first_of(families).candidate for families in probable)
+        return tuple(self.posterior.first_of(families).fit for families in probable)
 
     def hypothesis(self, candidate: FittedCandidate) -> Hypothesis | None:
         """Returns the hypothesis of a candidate; None where it is too small to be one."""
-        return next(
-            (each for each in self.posterior.hypotheses if each.candidate is candidate), None
-        )
+        return next((each for each in self.posterior.sets if each.candidate is candidate), None)
 
 
-def select_effects(case: Case, search_result: SearchResult) -> Selection:
-    """Chooses the answer that loses least under the probabilities of all fitted sets."""
-    probabilities = posterior(case, search_result.calibrated, search_result.refined)
-    answer = least_loss(probabilities)
-    named = [each.candidate for each in answer.named]
-    best = named[0] if named else search_result.calibrated
-    return Selection(best, tuple(named[1:]), answer, probabilities)
-
-
-def with_further(
-    selection: Selection, search_result: SearchResult, evidence: float, *, unnamed: bool = False
+def select_effects(
+    search_result: SearchResult, probabilities: Posterior, *, unnamed: bool = False
 ) -> Selection:
-    """Returns the selection with further evidence, nats, for a cause that the catalogue lacks.
-
-    Where a cause outside is likely and effects cannot be tried, "nothing is missing" can lose least
-    although it is hardly possible; below `TOLD` it is no answer.
+    """Chooses the answer that loses least under the probabilities of all hypotheses.
 
     unnamed: whether effects that a user's simulator cannot be given could look like those of the
     best set. Beside a cause outside none is then named.
     """
-    probabilities = with_outside(selection.posterior, evidence)
-    answer = least_loss(probabilities, TOLD)
+    answer = least_loss(probabilities)
     if answer.kind == "outside" and unnamed:
         answer = Answer("outside", (), answer.loss)
-    named = [each.candidate for each in answer.named]
+    named = [each.fit for each in answer.named]
     best = named[0] if named else search_result.calibrated
     return Selection(best, tuple(named[1:]), answer, probabilities)
 

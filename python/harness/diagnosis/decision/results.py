@@ -21,17 +21,22 @@ from ..model.parameters import Parameter
 from ..result import HeldOutRun
 from ..schema import Calibrated, Candidate, Effect, Estimate, HowFar, Value
 from ..search.candidates import FittedCandidate, decision_case
-from ..search.gap_reduction import explained_share, gap_reduction, window_sums
+from ..search.gap_reduction import (
+    explained_share,
+    gap_reduction,
+    reduction_between_machines,
+    window_sums,
+)
 from ..search.intervals import (
     candidate_deviations,
     in_deviations,
     interval,
     likelihood_gain,
+    size_between_machines,
     values_at_bounds,
 )
 from ..search.search import SearchResult
 from .effect_selection import Selection, chance, in_words, percent, standing
-from .posterior import reduction_between_machines, size_between_machines
 
 # Relative error in the size of an effect, made by a simulator with other metering edges, seals and
 # oil although it reaches the floor: with measured pressures, and with the position alone. On

@@ -6,14 +6,15 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
-from ..deciding import LEAST_GAIN, NEAR_FLOOR, NEAR_GAP, VALUES
+from ..deciding import LEAST_GAIN, NEAR_FLOOR, NEAR_GAP, TOLD
 from ..model.case import Case
 from ..schema import Calibrated, CannotJudge, Estimate, HowFar, Verdict
 from ..search.candidates import FittedCandidate
 from ..search.intervals import AtBound, values_at_bounds
+from ..search.score import left
 from ..search.search import SearchResult
-from .effect_selection import TOLD, Selection, chance, in_words, percent
-from .posterior import left
+from .effect_selection import Selection, chance, in_words, percent
+from .hypotheses import values_differ
 from .results import caveats
 
 
@@ -105,10 +106,8 @@ def decide(
             )
     by_values = 0.0
     if nuisance_fit is not None:
-        by_values = left(case, nuisance_fit) - left(case, search_result.calibrated)
-    moved = [name for name, value in calibration.items() if value.moved]
-    if by_values < VALUES:
-        moved = []
+        by_values = values_differ(left(case, nuisance_fit), left(case, search_result.calibrated))
+    moved = [name for name, value in calibration.items() if value.moved and by_values >= 0.5]
     agrees = agrees_as_configured(reduction.nominal, reduction.noise_floor[1])
     verdict: Verdict = "no_gap"
     if moved or (not agrees and is_gained(reduction.from_nominal.low)):
@@ -119,7 +118,7 @@ def decide(
         if not moved:
             reasons.append(
                 "What no data sheet gives does nearly as well alone."
-                if by_values < VALUES
+                if by_values < 0.5
                 else "No single value differs from the rig file by more than its uncertainty."
             )
     elif agrees:
@@ -179,7 +178,7 @@ def _answers(selection: Selection) -> str:
     posterior = selection.posterior
     answers = [("a cause outside of the catalogue", posterior.outside)]
     for families, share in posterior.by_families():
-        effects = posterior.first_of(families).candidate.effects
+        effects = posterior.first_of(families).effects
         if effects == selection.best.effects and effects:
             answers.append((f"{in_words(effects)} alone", share))
         else:

@@ -17,7 +17,6 @@ from ...catalogue.parameters import effects
 from ...catalogue.spellings import ParameterKey
 from ...rigs.rig import table_subsystem
 from ..deciding import EFFECT, EVIDENCE
-from ..decision.posterior import left
 from ..model.case import Case
 from ..model.fit import fit
 from ..model.parameters import Law
@@ -25,6 +24,7 @@ from ..schema import MissingLaw
 from ..search.candidates import FittedCandidate, decision_case, evaluate, law_count
 from ..search.gap_reduction import WindowSums, mean_gap
 from ..search.intervals import LEVEL, candidate_covariance, matters
+from ..search.score import left
 from ..search.search import restrict
 from .fitting import LONG, with_one_law
 from .forms import MENU, describe, visited
@@ -33,7 +33,9 @@ MOST_LAWS = 2
 # Prior cost of a law, nats: that of two effects, for its form is free, and of the choice among the
 # menu.
 LAW = 2.0 * EFFECT + math.log(sum(len(variables) for variables in MENU.values()))
-# It is shown where it lowers what is left by more than this, see `evidence.left`.
+# That it is the cause costs as much again: tables follow a part of whatever is left.
+CAUSE = 2.0 * EFFECT
+# It is shown where it lowers what is left by more than this, see `score.left`.
 LEAST_GAIN = LAW / EVIDENCE
 # A second law must matter beside the first: tables follow whatever the first one leaves.
 LEAST_OF_FIRST = 0.3
@@ -58,10 +60,9 @@ class LawsFound:
     """The laws for the reader, and of each its simple form as in `result.Diagnosis.law_forms`."""
     of_effects: float
     """Share of the effects in the shrinkage of the held-out gap, 0 to 1; the laws have the rest."""
-    evidence: float
-    """Of the laws and effects against the rig without them, nats."""
-    probability: float
-    """That just these effects are beside the laws, and not none or all of the best set, 0 to 1."""
+    hypotheses: tuple[tuple[tuple[str, ...], float], ...]
+    """Effects beside laws, first those of the candidate, each with the evidence for it against the
+    rig without laws and effects, nats."""
     held: Mapping[str, float]
     """Sizes of effects that were held, by full name: the laws are what remains beside them."""
 
@@ -95,8 +96,6 @@ def missing_laws(
     ]
     costs = [each.penalised for each in chains]
     chain = chains[costs.index(min(costs))]
-    # p = exp(-EVIDENCE penalised) / sum exp(-EVIDENCE penalised)
-    probability = 1.0 / sum(math.exp(EVIDENCE * (min(costs) - each)) for each in costs)
     last = part_of(progress, (parts - 1) / parts, 1.0)
     chain = chain.longer(last) if chain.rivals else chain
     if not chain.rivals:
@@ -141,8 +140,14 @@ def missing_laws(
             )
         )
         forms.append(told.form)
-    evidence = EVIDENCE * (_penalised(fine, calibrated) - _penalised(fine, candidate))
-    return LawsFound(candidate, tuple(laws), tuple(forms), shares[0], evidence, probability, held)
+    evidence = EVIDENCE * (_penalised(fine, calibrated) - _penalised(fine, candidate)) - CAUSE
+    # Laws beside the effects of another chain are as much behind as that chain was.
+    hypotheses = [(candidate.effects, evidence)] + [
+        (start.effects, evidence - EVIDENCE * (cost - min(costs)))
+        for start, cost in zip(starts, costs, strict=True)
+        if start is not chain.steps[0] and set(start.effects) != set(candidate.effects)
+    ]
+    return LawsFound(candidate, tuple(laws), tuple(forms), shares[0], tuple(hypotheses), held)
 
 
 @dataclass(frozen=True, eq=False)

@@ -24,7 +24,6 @@ from msgspec.structs import replace as replace_struct
 
 from ...base.numbers import FloatArray
 from ...base.parallel import Progress, part_of, run_together
-from ..decision.posterior import left
 from ..model.case import Case
 from ..model.fit import Hats, descent, fit, hats
 from ..model.linear import Linear
@@ -35,6 +34,7 @@ from ..model.spectrum import BANDS
 from ..result import UnknownInput
 from ..schema import SUBSYSTEM_TAKES_PART, Equation
 from ..search.candidates import FittedCandidate, decision_case, evaluate
+from ..search.score import left
 from .equation_terms import LINEAR, SUBSYSTEM, TABLES, EquationTerms, equation_terms
 from .forms import KNOTS, KNOTS_OF_TIME, knots, laws, trajectories
 

@@ -319,6 +319,8 @@ def refine_finely(case: Case, effects: tuple[str, ...], start: FloatArray) -> Fi
 
 
 COULOMB = "coulomb_friction"
+# Effects that have a size of its own for each of the two pressure transducers.
+OF_EACH_TRANSDUCER = frozenset({"pressure_sensor_gain", "pressure_sensor_offset"})
 
 
 @cache
@@ -348,7 +350,8 @@ def law_count(effects: Sequence[str]) -> int:
 
     Stribeck friction is Coulomb friction and its rise towards rest. Both have to earn their name.
     An effect that acts nearly as two others counts as one more than they do: where the records do
-    not show the difference, the two have the name, because they are the more common causes.
+    not show the difference, the two have the name, because they are the more common causes. An
+    error of each of two transducers is two errors.
     """
     return sum(_law_count(effect) for effect in effects)
 
@@ -356,7 +359,7 @@ def law_count(effects: Sequence[str]) -> int:
 def _law_count(effect: str) -> int:
     if _two_of(effect):
         return 3
-    return 1 if catalogue()[effect].contains is None else 2
+    return 1 if catalogue()[effect].contains is None and effect not in OF_EACH_TRANSDUCER else 2
 
 
 def repeats_a_law(effects: Sequence[str]) -> bool:

@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from typing import Protocol
@@ -17,6 +17,7 @@ from ...catalogue.parameters import acts_on, effects
 from ...catalogue.spellings import sizes_of
 from ...rigs import Rig
 from ...rigs.carried import carried
+from ..deciding import EFFECT, EVIDENCE
 from ..model.case import Case
 from ..model.parameters import effect_parameters
 from ..model.scale import effect_starts
@@ -37,8 +38,9 @@ from .candidates import (
     spelled_out,
 )
 from .identifiability import unmeasured_effects
-from .intervals import above_floor, largest_usual, likelihood_gain, matters, too_large
+from .intervals import largest_usual, matters, too_large
 from .preselection import KEPT_ALONE, KEPT_TOGETHER, preselected
+from .score import above_noise, left, score_of, share_of_tolerance
 
 # The best few candidates of a screening get a long fit; the best of these are extended.
 MOST_REFINED = 6
@@ -50,13 +52,8 @@ BEAM = 2
 # what fits of a limited number of iterations differ by.
 BEHIND_NATS = 1.0
 MOST_EFFECTS = 3
-# If the errors of a set of effects are this close to the noise floor (ln of the ratio), nothing is
-# left to look for.
-AT_FLOOR = 0.05
-# A set of effects is extended only where its gain on held-out data is at least this. The verdict
-# requires more.
-FORWARD_NATS = 5.0
-FORWARD_RELATIVE = 0.05
+# Where a set leaves no more than this beyond the noise, no further effect is worth its prior cost.
+NOTHING_LEFT = EFFECT / EVIDENCE
 
 # Share of the time of a screening that the short fits from the start take; laws that grow from
 # simpler ones take the rest. Of the former, what it takes to choose which are worth a fit.
@@ -144,7 +141,7 @@ def search(
     look("alone", nominal, calibrated, [calibrated])
     effect_ids = candidate_effects(case.rig, exclude, case.outputs)
     screened = _screen_extensions(case, [calibrated], effect_ids, progress, extra_x=[nominal.x])
-    promising = _promising(screened, _total_cost(calibrated))
+    promising = _promising(case, screened, left(case, calibrated))
     singles = _by_held_out_cost(calibrated, *screened)
     look("at length", nominal, calibrated, singles, tasks=len(promising))
     single_effects = _refine_all(case, promising, part_of(progress, 0.0, 0.5))
@@ -164,17 +161,18 @@ def search(
     refined = [*single_effects, *simpler]
     front = single_effects
     for count in range(2, (1 if case.effort == "list" else MOST_EFFECTS) + 1):
-        if above_floor(case, min([calibrated, *refined], key=_held_out_cost)) < AT_FLOOR:
-            break
         contained = [calibrated, *refined]
-        parents = [each for each in front if _is_ahead_of_all_inside(case, each, contained)][:BEAM]
+        share = share_of_tolerance(case, contained)
+        if min(above_noise(case, each, share) for each in contained) < NOTHING_LEFT:
+            break
+        scores = {frozenset(each.effects): score_of(case, each, share) for each in contained}
+        parents = [each for each in front if _is_ahead_of_all_inside(each, scores)][:BEAM]
         if not parents:
             break
         ahead = _by_held_out_cost(*contained, *screened)
         look("together", nominal, calibrated, ahead, tasks=len(parents))
         extended = _screen_extensions(case, parents, effect_ids, part_of(progress, 0.0, 0.75))
-        cost_before = min(_total_cost(candidate) for candidate in front)
-        promising = _promising(extended, cost_before)
+        promising = _promising(case, extended, min(left(case, each) for each in front))
         grown = _refine_all(case, promising, part_of(progress, 0.75, 0.85))
         reduced = run_together(
             [
@@ -185,13 +183,12 @@ def search(
         )
         grown = _grown_again(case, grown, [*grown, *refined, *reduced])
         refined += [*grown, *reduced]
-        best_smaller = min(
-            (candidate for candidate in refined if len(candidate.effects) < count),
-            key=_held_out_cost,
+        smaller = max(
+            score_of(case, candidate, share)
+            for candidate in [calibrated, *refined]
+            if len(candidate.effects) < count
         )
-        front = [
-            candidate for candidate in grown if _is_worth_extending(case, candidate, best_smaller)
-        ]
+        front = [each for each in grown if score_of(case, each, share) > smaller]
         if not front:
             break
     refined += run_together(_spelled_out_tasks(case, effect_ids, refined, refined))
@@ -215,30 +212,18 @@ def _by_held_out_cost(*candidates: FittedCandidate) -> list[FittedCandidate]:
     return sorted(candidates, key=_held_out_cost)
 
 
-def _total_cost(candidate: FittedCandidate) -> float:
-    """Sum of both costs, nats, so that an effect that only one part excites is not lost."""
-    return candidate.cost + candidate.held_out_cost
-
-
-def _is_worth_extending(case: Case, larger: FittedCandidate, smaller: FittedCandidate) -> bool:
-    """Whether the search continues from `larger`; the verdict requires a larger gain."""
-    if not all(matters(effect, larger.values, case.rig) for effect in larger.effects):
-        return False
-    gain = likelihood_gain(case, larger, smaller)
-    return gain.nats > FORWARD_NATS and gain.relative > FORWARD_RELATIVE
-
-
 def _is_ahead_of_all_inside(
-    case: Case, candidate: FittedCandidate, fitted: Sequence[FittedCandidate]
+    candidate: FittedCandidate, scores: Mapping[frozenset[str], float]
 ) -> bool:
-    """Whether a set is worth extending beside each fitted set that it contains.
+    """Whether a set has a better score than each fitted set that it contains.
 
     Else the laws that contain Coulomb friction would be the parents of the same sets as that.
     """
-    return all(
-        _is_worth_extending(case, candidate, each)
-        for each in fitted
-        if _is_contained(each, candidate)
+    own = frozenset(candidate.effects)
+    return scores[own] > max(
+        score
+        for effects, score in scores.items()
+        if effects != own and contains(candidate.effects, tuple(effects))
     )
 
 
@@ -295,23 +280,20 @@ def _screen_extensions(
         part_of(progress, SCREENING, 1.0),
     )
     found |= {candidate.effects: candidate for candidate in grown}
-    return sorted((found[effect_set] for effect_set in covered.values()), key=_total_cost)
+    return sorted((found[effect_set] for effect_set in covered.values()), key=partial(left, case))
 
 
 def _promising(
-    screened: Sequence[FittedCandidate], cost_before: float
+    case: Case, screened: Sequence[FittedCandidate], before: float
 ) -> Sequence[FittedCandidate]:
     """Returns the first few, except those that gain little beside the first one.
 
-    cost_before: cost without the last effect, as `_total_cost` defines it, nats.
+    before: what is left without the last effect.
     """
-    least_gain = (
-        LEAST_SCREENED_GAIN * max(cost_before - _total_cost(screened[0]), 0.0) if screened else 0.0
-    )
+    gains = [before - left(case, each) for each in screened[:MOST_REFINED]]
+    least_gain = LEAST_SCREENED_GAIN * max(gains[0], 0.0) if gains else 0.0
     return [
-        candidate
-        for candidate in screened[:MOST_REFINED]
-        if cost_before - _total_cost(candidate) >= least_gain
+        each for each, gain in zip(screened, gains, strict=False) if gain >= least_gain
     ] or screened[:1]
 
 
@@ -320,7 +302,8 @@ def _refine_all(
 ) -> list[FittedCandidate]:
     """Makes long fits of promising sets, and longer ones of the two best."""
     tasks = [partial(refine, case, candidate.effects, candidate.x) for candidate in promising]
-    refined = sorted(run_together(tasks, part_of(progress, 0.0, 0.8)), key=_total_cost)
+    of_errors = partial(left, case)
+    refined = sorted(run_together(tasks, part_of(progress, 0.0, 0.8)), key=of_errors)
     # The order of the two best must not depend on where their fits were stopped.
     tasks = [
         partial(refine, case, candidate.effects, candidate.x)
@@ -334,7 +317,7 @@ def _refine_all(
             *repeated,
             *(candidate for candidate in refined if candidate.effects not in repeated_sets),
         ],
-        key=_total_cost,
+        key=of_errors,
     )
 
 

@@ -10,15 +10,14 @@ from __future__ import annotations
 import math
 
 import pytest
-from made_candidates import CASE, FLOOR, candidate, search_result
+from made_candidates import CASE, FLOOR, candidate, chosen, search_result
 
 from ehsid.harness.catalogue.parameters import effects as catalogue
-from ehsid.harness.diagnosis.deciding import VALUES
+from ehsid.harness.diagnosis.deciding import EFFECT, EVIDENCE
 from ehsid.harness.diagnosis.decision.effect_selection import (
     chance,
     in_words,
     percent,
-    select_effects,
 )
 from ehsid.harness.diagnosis.decision.results import selected_effects
 from ehsid.harness.diagnosis.decision.verdict import decide
@@ -30,8 +29,7 @@ HIDDEN, GAP, LARGE_GAP = 0.1 * FLOOR, 100.0 * FLOOR, 1000.0 * FLOOR
 
 
 def test_the_effect_that_explains_the_records_is_selected() -> None:
-    selection = select_effects(
-        CASE,
+    selection = chosen(
         search_result(
             candidate(rms=GAP),
             candidate("coulomb_friction", rms=HIDDEN),
@@ -44,8 +42,7 @@ def test_the_effect_that_explains_the_records_is_selected() -> None:
 
 
 def test_equivalent_candidates_are_all_returned() -> None:
-    selection = select_effects(
-        CASE,
+    selection = chosen(
         search_result(
             candidate(rms=GAP),
             candidate("transport_delay", rms=HIDDEN),
@@ -58,8 +55,8 @@ def test_equivalent_candidates_are_all_returned() -> None:
 
 
 def test_no_effect_is_selected_without_a_gain() -> None:
-    selection = select_effects(
-        CASE, search_result(candidate(rms=HIDDEN), candidate("coulomb_friction", rms=0.9 * HIDDEN))
+    selection = chosen(
+        search_result(candidate(rms=HIDDEN), candidate("coulomb_friction", rms=0.9 * HIDDEN))
     )
     assert selection.best.effects == ()
     assert selection.answer.kind == "healthy"
@@ -67,8 +64,7 @@ def test_no_effect_is_selected_without_a_gain() -> None:
 
 def test_a_second_effect_needs_a_large_gain() -> None:
     pair = ("coulomb_friction", "sensor_lag")
-    small_gain = select_effects(
-        CASE,
+    small_gain = chosen(
         search_result(
             candidate(rms=GAP),
             candidate("coulomb_friction", rms=HIDDEN),
@@ -76,8 +72,7 @@ def test_a_second_effect_needs_a_large_gain() -> None:
         ),
     )
     assert small_gain.best.effects == ("coulomb_friction",)
-    large_gain = select_effects(
-        CASE,
+    large_gain = chosen(
         search_result(
             candidate(rms=LARGE_GAP),
             candidate("coulomb_friction", rms=GAP),
@@ -89,8 +84,7 @@ def test_a_second_effect_needs_a_large_gain() -> None:
 
 def test_a_pair_is_selected_where_neither_effect_alone_gains() -> None:
     pair = ("valve_dead_band", "coulomb_friction")
-    selection = select_effects(
-        CASE,
+    selection = chosen(
         search_result(
             candidate(rms=GAP),
             candidate("coulomb_friction", rms=0.99 * GAP),
@@ -107,8 +101,7 @@ def test_two_laws_of_friction_that_fit_alike_are_one_answer() -> None:
         (HIDDEN, HIDDEN, "coulomb_friction"),
         (0.9 * HIDDEN, HIDDEN, "coulomb_friction"),
     ):
-        selection = select_effects(
-            CASE,
+        selection = chosen(
             search_result(
                 candidate(rms=GAP),
                 candidate("stribeck_friction", rms=first, parameters=3),
@@ -122,7 +115,7 @@ def test_two_laws_of_friction_that_fit_alike_are_one_answer() -> None:
 def test_sizes_that_every_servo_has_are_not_selected() -> None:
     small = candidate("transport_delay", rms=HIDDEN, **{"transport_delay.delay_s": 3e-4})
     result = search_result(candidate(rms=GAP), small)
-    selection = select_effects(CASE, result)
+    selection = chosen(result)
     assert selection.best.effects == ()
     assert selection.hypothesis(small) is None
     assert selection.hypothesis(result.calibrated) is not None
@@ -170,7 +163,7 @@ def test_verdicts(
     calibrated_m: float, candidates: list[FittedCandidate], moved: bool, verdict: str
 ) -> None:
     result = search_result(candidate(rms=calibrated_m), *candidates)
-    selection = select_effects(CASE, result)
+    selection = chosen(result)
     nuisance_fit = candidate(rms=GAP) if moved else result.calibrated
     reduction = _reduction(0.5, 0.1, 0.01)
     decision = decide(CASE, result, selection, reduction, _moved(moved), (), nuisance_fit)
@@ -184,15 +177,16 @@ def test_values_of_the_rig_file_that_fit_as_well_are_no_parameter_gap() -> None:
     """A value has moved, but the gain is due to values that no data sheet gives.
 
     The fitted values leave nothing. With the values of the rig file, errors of the size r leave
-    ln(1 + (r / floor)^2) / 2, once a little less than VALUES and once a little more.
+    ln(1 + (r / floor)^2) / 2, once a little less than the cost of other values and once a little
+    more.
     """
     result = search_result(candidate(rms=0.0))
     for share, verdict in ((0.9, "no_gap"), (1.1, "parameters")):
-        rms = FLOOR * math.sqrt(math.expm1(2.0 * share * VALUES))
+        rms = FLOOR * math.sqrt(math.expm1(2.0 * share * 2.0 * EFFECT / EVIDENCE))
         decision = decide(
             CASE,
             result,
-            select_effects(CASE, result),
+            chosen(result),
             _reduction(0.04, 0.001, 0.001),
             _moved(True),
             (),
@@ -225,7 +219,7 @@ def test_no_gap_is_told_only_near_the_floor_or_where_nothing_makes_it_smaller(
         decision = decide(
             CASE,
             result,
-            select_effects(CASE, result),
+            chosen(result),
             _reduction(nominal, calibrated, calibrated, floor),
             _moved(False),
             (),
@@ -262,7 +256,7 @@ def test_the_first_sentence_says_what_the_probabilities_say(
     else:
         fits = [candidate(rms=DOUBT * FLOOR)]
     result = search_result(*fits)
-    selection = select_effects(CASE, result)
+    selection = chosen(result)
     assert selection.answer.kind == ("effects" if selected else "healthy")
     assert selection.is_open
     assert [each.effects for each in selection.rivals] == (
@@ -299,7 +293,7 @@ def test_the_first_sentence_says_which_value_is_not_to_trust(
     decision = decide(
         CASE,
         result,
-        select_effects(CASE, result),
+        chosen(result),
         _reduction(0.5, 0.001, 0.001),
         _moved(True),
         (),
@@ -320,7 +314,7 @@ def test_a_coarse_sensor_is_the_effect_where_nothing_else_is() -> None:
     decision = decide(
         CASE,
         result,
-        select_effects(CASE, result),
+        chosen(result),
         _reduction(0.1, 0.001, 0.001),
         {},
         (),
@@ -362,7 +356,7 @@ def test_the_effect_that_most_sets_have_is_named_first() -> None:
         candidate("transport_delay", "sensor_lag", rms=HIDDEN),
         candidate("valve_dead_band", "sensor_lag", rms=HIDDEN),
     )
-    selection = select_effects(CASE, found)
+    selection = chosen(found)
     assert set(selection.best.effects) == {"transport_delay", "sensor_lag"}
     named = selected_effects(CASE, found, selection, {})
     assert [effect.id for effect in named] == ["sensor_lag", "transport_delay"]
@@ -370,7 +364,7 @@ def test_the_effect_that_most_sets_have_is_named_first() -> None:
     # Without another set both are as probable, and the order of the search stays.
     pair = candidate("transport_delay", "sensor_lag", rms=HIDDEN)
     alone = search_result(candidate(rms=LARGE_GAP), pair)
-    selection = select_effects(CASE, alone)
+    selection = chosen(alone)
     named = selected_effects(CASE, alone, selection, {})
     assert [effect.id for effect in named] == list(selection.best.effects)
 

@@ -9,15 +9,13 @@ import numpy as np
 import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
-from made_candidates import CASE, candidate, search_result
+from made_candidates import CASE, candidate, chosen, search_result
 from msgspec.structs import replace
 
-from ehsid.harness.diagnosis.deciding import WORSENED
+from ehsid.harness.diagnosis.deciding import LAPSE, WORSENED
 from ehsid.harness.diagnosis.decision.effect_selection import (
     chance,
-    select_effects,
     standing,
-    with_further,
 )
 from ehsid.harness.diagnosis.decision.results import caveats, worse_outputs
 from ehsid.harness.diagnosis.schema import Gaps, HowFar, Value
@@ -48,7 +46,7 @@ def test_every_candidate_has_the_standing_that_the_selection_gave_it(sizes: list
         [candidate(*effects, rms=rms) for effects, rms in zip(SETS, sizes, strict=False)],
     )
     result = search_result(calibrated, *fitted)
-    selection = select_effects(CASE, result)
+    selection = chosen(result)
     kinds = {
         each.effects: standing(CASE, result, selection, each) for each in (calibrated, *fitted)
     }
@@ -83,7 +81,7 @@ def test_a_better_candidate_that_is_not_named_is_explained(sizes: list[float]) -
         [candidate(*effects, rms=rms) for effects, rms in zip(SETS, sizes, strict=False)],
     )
     result = search_result(calibrated, *fitted)
-    selection = select_effects(CASE, result)
+    selection = chosen(result)
     sentences = caveats(CASE, result, selection, reduction(0.3, 0.2, 0.1))
     first = result.refined[0]
     listed = (selection.best, *selection.equivalent)
@@ -142,7 +140,7 @@ def test_reasons(
     other = candidate(*effects, rms=rms, **sizes)
     calibrated = candidate(rms=1e-4)
     result = search_result(calibrated, candidate("coulomb_friction", rms=1e-7), other)
-    selection = select_effects(CASE, result)
+    selection = chosen(result)
     said = standing(CASE, result, selection, other)
     assert said.kind == kind
     assert why in said.why
@@ -153,7 +151,7 @@ def test_a_large_share_without_a_name_is_explained() -> None:
     small = candidate("transport_delay", rms=1e-5, **{"transport_delay.delay_s": 3e-4})
     less_small = candidate("sensor_lag", rms=2e-5, **{"sensor_lag.time_constant_s": 1e-4})
     result = search_result(candidate(rms=1e-4), small, less_small)
-    selection = select_effects(CASE, result)
+    selection = chosen(result)
     assert selection.best.effects == ()
     first, second = caveats(CASE, result, selection, reduction(0.1, 0.1, 0.1))
     assert "transport delay, is not named: transport delay of this size" in first
@@ -162,7 +160,7 @@ def test_a_large_share_without_a_name_is_explained() -> None:
 
 def test_a_calibration_that_is_worse_than_the_rig_file_is_said() -> None:
     result = search_result(candidate(rms=1e-5))
-    selection = select_effects(CASE, result)
+    selection = chosen(result)
     (sentence,) = caveats(CASE, result, selection, reduction(0.405, 0.538, 0.538))
     assert "54 % in place of 40 %" in sentence or "54 % in place of 41 %" in sentence
     assert "Values are fitted to some data and judged by others; the cause of the gap" in sentence
@@ -173,7 +171,7 @@ def test_a_calibration_that_is_worse_than_the_rig_file_is_said() -> None:
 
 def test_a_missing_effect_is_the_reason_why_the_calibration_is_worse() -> None:
     result = search_result(candidate(rms=1e-4), candidate("coulomb_friction", rms=1e-7))
-    selection = select_effects(CASE, result)
+    selection = chosen(result)
     (sentence,) = caveats(CASE, result, selection, reduction(0.18, 0.28, 0.005))
     assert (
         "without Coulomb friction the fit makes the values of the rig stand in for it" in sentence
@@ -184,13 +182,13 @@ def test_values_at_an_end_of_their_range_are_said() -> None:
     calibrated = candidate(rms=1e-5)
     calibrated.x[[3, 7]] = -4.0, 4.0
     result = search_result(calibrated)
-    low, high = caveats(CASE, result, select_effects(CASE, result), reduction(0.1, 0.001, 0.001))
+    low, high = caveats(CASE, result, chosen(result), reduction(0.1, 0.001, 0.001))
     assert low.startswith("load.value_3 = -4 is at the lower end of what the uncertainty")
     assert high.startswith("load.value_7 = 4 is at the upper end of what the uncertainty")
     effect = candidate("sensor_lag", rms=1e-6)
     effect.x[20] = 4.0
     result = search_result(candidate(rms=1e-4), effect)
-    (sentence,) = caveats(CASE, result, select_effects(CASE, result), reduction(0.1, 0.1, 0.001))
+    (sentence,) = caveats(CASE, result, chosen(result), reduction(0.1, 0.1, 0.001))
     assert sentence.startswith("effects.sensor_lag.size = 4 is at the upper end of the range of")
     assert np.all(np.abs(calibrated.x) <= 4.0)
 
@@ -198,20 +196,20 @@ def test_values_at_an_end_of_their_range_are_said() -> None:
 def test_a_cause_that_is_not_excluded_is_said() -> None:
     # 1.5 times the floor leaves ln(1 + 1.5^2) / 2 = 0.59, where sound machines and others meet.
     result = search_result(candidate(rms=1.5e-6))
-    selection = select_effects(CASE, result)
+    selection = chosen(result)
     assert selection.answer.kind == "healthy"
     assert 0.2 < selection.posterior.outside < 0.8
     (sentence,) = caveats(CASE, result, selection, reduction(0.1, 0.1, 0.1))
     assert f"its probability is {chance(selection.posterior.outside)}" in sentence
     sound = search_result(candidate(rms=0.3e-6))
-    assert caveats(CASE, sound, select_effects(CASE, sound), reduction(0.1, 0.1, 0.1)) == ()
+    assert caveats(CASE, sound, chosen(sound), reduction(0.1, 0.1, 0.1)) == ()
 
 
 def test_beside_a_cause_outside_no_set_is_sufficient_and_an_improbable_one_has_its_reason() -> None:
     lag = candidate("sensor_lag", rms=0.9e-4)
     calibrated = candidate(rms=1e-4)
     result = search_result(calibrated, lag)
-    selection = select_effects(CASE, result)
+    selection = chosen(result)
     assert (selection.answer.kind, selection.best) == ("outside", calibrated)
     assert standing(CASE, result, selection, calibrated).kind == "not_sufficient"
     said = standing(CASE, result, selection, lag)
@@ -220,17 +218,18 @@ def test_beside_a_cause_outside_no_set_is_sufficient_and_an_improbable_one_has_i
 
 def test_an_output_that_the_found_values_make_worse_is_said() -> None:
     result = search_result(candidate(rms=0.3e-6))
-    selection = select_effects(CASE, result)
+    selection = chosen(result)
     gaps = {"position_m": Gaps(0.01, 0.04, 0.04), "pressure_a_pa": Gaps(0.3, 0.1, 0.1)}
     of_all = replace(reduction(0.155, 0.07, 0.07), gaps=gaps)
     (sentence,) = caveats(CASE, result, selection, of_all)
     assert sentence.startswith("position_m gets worse: its gap on held-out data is 4.0 % in place")
     assert worse_outputs(of_all) == ("position_m",)
-    further = with_further(selection, result, WORSENED)
-    before, after = selection.posterior.outside, further.posterior.outside
-    # ln of the odds grows by what WORSENED says.
-    assert math.log(after / (1.0 - after)) == pytest.approx(
-        math.log(before / (1.0 - before)) + WORSENED, rel=1e-9
+    further = selection.posterior.with_evidence(WORSENED)
+    # ln of the odds, without the share of a lapse, grows by what WORSENED says.
+    before, after = (
+        math.log((each.outside - LAPSE / 2) / (each.healthy.probability - LAPSE / 2))
+        for each in (selection.posterior, further)
     )
+    assert after - before == pytest.approx(WORSENED, rel=1e-9)
     smaller = {**gaps, "position_m": Gaps(0.01, 0.04, 0.0105)}
     assert caveats(CASE, result, selection, replace(of_all, gaps=smaller)) == ()

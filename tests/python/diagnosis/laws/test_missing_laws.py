@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 from gap_cases import DT_S, OFF, PRESSURES, RIG, SUBSTEPS, command_of, record
 
-from ehsid.harness.diagnosis.decision.posterior import left
 from ehsid.harness.diagnosis.laws.choosing import LEAST_GAIN, LawsFound, missing_laws
 from ehsid.harness.diagnosis.laws.fitting import with_one_law
 from ehsid.harness.diagnosis.model.case import Case, make_case
@@ -23,6 +22,7 @@ from ehsid.harness.diagnosis.search.candidates import (
     screen,
 )
 from ehsid.harness.diagnosis.search.gap_reduction import mean_gap
+from ehsid.harness.diagnosis.search.score import left
 from ehsid.harness.records import Record, make_record
 from ehsid.harness.rigs.rig import TableLaw
 from ehsid.harness.signals.simulation import draw_noise, simulate

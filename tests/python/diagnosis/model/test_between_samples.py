@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from ehsid.harness.diagnosis.deciding import LEAST_SHARE
-from ehsid.harness.diagnosis.decision.posterior import left, share_of_tolerance
 from ehsid.harness.diagnosis.model.between_samples import LEAST_MOVE, NAME
 from ehsid.harness.diagnosis.model.case import Case, make_case
 from ehsid.harness.diagnosis.search.candidates import FittedCandidate, calibrate
+from ehsid.harness.diagnosis.search.score import left, share_of_tolerance
 from ehsid.harness.records import Record, make_record
 from ehsid.harness.signals.excitation import multisine
 from ehsid.harness.signals.simulation import draw_noise, simulate

@@ -13,10 +13,11 @@ from hypothesis import strategies as st
 from made_candidates import CASE, FLOOR, LIKELIHOOD, candidate
 
 from ehsid.harness.diagnosis.deciding import LAPSE
-from ehsid.harness.diagnosis.decision.posterior import DIVERGED, left, posterior
+from ehsid.harness.diagnosis.decision.hypotheses import posterior
 from ehsid.harness.diagnosis.model.case import make_case
 from ehsid.harness.diagnosis.model.spectrum import BANDS
 from ehsid.harness.diagnosis.search.candidates import nominal_candidate
+from ehsid.harness.diagnosis.search.score import DIVERGED, left
 
 
 def test_perfect_errors_leave_nothing() -> None:
@@ -68,7 +69,7 @@ def test_a_simulation_that_diverges_leaves_more_than_any_other(wrong: float) -> 
     # Its probability is a number, and so are those of the others.
     for calibrated in (candidate(rms=1e-6), replace(candidate(rms=1e-6), powers=powers)):
         found = posterior(CASE, calibrated, [diverged, candidate("transport_delay", rms=1e-7)])
-        probabilities = {each.candidate.effects: each.probability for each in found.hypotheses}
+        probabilities = {each.effects: each.probability for each in found.sets}
         assert sum(probabilities.values()) + found.outside == pytest.approx(1.0, abs=1e-12)
         # No more than its share of what is spread over all.
         assert probabilities[("sensor_lag",)] <= 1.001 * LAPSE / (len(probabilities) + 1)

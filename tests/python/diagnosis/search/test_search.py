@@ -13,6 +13,7 @@ import ehsid
 from ehsid.harness.base.parallel import workers
 from ehsid.harness.catalogue.parameters import effects as catalogue
 from ehsid.harness.diagnosis.decision.effect_selection import select_effects
+from ehsid.harness.diagnosis.decision.hypotheses import posterior
 from ehsid.harness.diagnosis.model.case import Case
 from ehsid.harness.diagnosis.model.fit import GAIN, TRIES
 from ehsid.harness.diagnosis.model.parameters import effect_parameters
@@ -31,12 +32,11 @@ from ehsid.harness.diagnosis.search.candidates import (
     spelled_out,
 )
 from ehsid.harness.diagnosis.search.gap_reduction import WindowSums
-from ehsid.harness.diagnosis.search.intervals import above_floor, likelihood_gain
+from ehsid.harness.diagnosis.search.intervals import likelihood_gain
+from ehsid.harness.diagnosis.search.score import above_noise, score_of
 from ehsid.harness.diagnosis.search.search import (
-    AT_FLOOR,
     BEHIND_NATS,
-    FORWARD_NATS,
-    FORWARD_RELATIVE,
+    NOTHING_LEFT,
     SCREENING,
     _grown_again,
     _is_ahead_of_all_inside,
@@ -111,10 +111,8 @@ def test_the_effect_that_was_put_in_is_best_on_held_out_data(
     assert best.effects == (name.split(".")[0],)
     assert best.values[f"effects.{name}"] == pytest.approx(value, rel=0.05)
     # It is certainly better than the calibrated rig, and its errors are at the floor.
-    gain = likelihood_gain(case, best, result.calibrated)
-    assert gain.nats > FORWARD_NATS
-    assert gain.relative > FORWARD_RELATIVE
-    assert above_floor(case, best) < AT_FLOOR
+    assert score_of(case, best) > score_of(case, result.calibrated) + 10.0
+    assert above_noise(case, best) < NOTHING_LEFT
     # Therefore no set of two effects was tried.
     assert {len(candidate.effects) for candidate in result.refined} == {1}
     assert [candidate.held_out_cost for candidate in result.refined] == sorted(
@@ -131,7 +129,8 @@ def test_a_dead_band_is_best_of_the_whole_catalogue() -> None:
     result = search(case)
     # A law that contains the dead band may fit the noise a little better; it is not named.
     assert "valve_dead_band" in spelled_out(result.refined[0].effects)
-    best = select_effects(case, result).best
+    probabilities = posterior(case, result.calibrated, result.refined)
+    best = select_effects(result, probabilities).best
     assert best.effects == ("valve_dead_band",)
     assert len(result.screened) == len(candidate_effects(made.RIG))
     others = [
@@ -159,15 +158,13 @@ def test_two_effects_are_identified_together_and_each_stage_has_progress() -> No
     assert set(best.effects) == {"coulomb_friction", "valve_dead_band"}
     for name, value in PAIR.items():
         assert best.values[name] == pytest.approx(value, rel=0.05)
-    assert above_floor(case, best) < AT_FLOOR
+    assert above_noise(case, best) < NOTHING_LEFT
     # Each of the two effects has a gain of its own.
     singles = {
         candidate.effects: candidate for candidate in result.refined if len(candidate.effects) == 1
     }
     for effect in best.effects:
-        gain = likelihood_gain(case, best, singles[(effect,)])
-        assert gain.nats > FORWARD_NATS
-        assert gain.relative > FORWARD_RELATIVE
+        assert score_of(case, best) > score_of(case, singles[(effect,)])
     assert [stage for stage, _ in told] == ["values", "alone", "at length", "together", "deciding"]
     for stage, shares in told:
         assert np.all(np.diff(shares) >= 0.0), stage
@@ -185,13 +182,13 @@ def test_no_effect_gains_where_none_was_put_in(names: tuple[str, ...]) -> None:
     case = made.case_of(made.OFF, names)
     with workers(1):
         result = search(case, made.all_but(*FEW))
-    assert above_floor(case, result.calibrated) < AT_FLOOR
+    assert above_noise(case, result.calibrated) < NOTHING_LEFT
     for candidate in result.refined:
         # Only single effects, without a real gain: a free parameter gains half a nat by chance, and
         # with five standard deviations more some four nats.
         assert len(candidate.effects) == 1
         assert likelihood_gain(case, candidate, result.calibrated).nats < 4.0, candidate.effects
-        assert likelihood_gain(case, candidate, result.calibrated).relative < FORWARD_RELATIVE
+        assert score_of(case, candidate) < score_of(case, result.calibrated)
 
 
 @pytest.mark.slow
@@ -521,28 +518,24 @@ def test_the_two_effects_as_which_one_acts_are_fitted_as_well() -> None:
     assert _spelled_out_tasks(case, IDS, [sides], [sides]) == []
 
 
-def test_a_law_is_extended_only_where_it_is_ahead_of_the_simpler_one(
-    calm: Case, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    def gain(case: Case, larger: FittedCandidate, smaller: FittedCandidate) -> SimpleNamespace:
-        return SimpleNamespace(nats=smaller.cost - larger.cost, relative=1.0)
+def test_a_law_is_extended_only_where_it_is_ahead_of_the_simpler_one(calm: Case) -> None:
+    def fitted(*effects: str) -> FittedCandidate:
+        return replace(_fitted(calm), effects=effects)
 
-    def fitted(effects: tuple[str, ...], cost: float) -> FittedCandidate:
-        return replace(_fitted(calm), effects=effects, cost=cost)
-
-    monkeypatch.setattr("ehsid.harness.diagnosis.search.search.likelihood_gain", gain)
-    monkeypatch.setattr("ehsid.harness.diagnosis.search.search.matters", lambda *_: True)
-    calibrated, simple = fitted((), 100.0), fitted(("coulomb_friction",), 50.0)
-    noise = fitted(("stribeck_friction",), 50.0 - 0.5 * FORWARD_NATS)
-    better = fitted(("stribeck_friction",), 50.0 - 2.0 * FORWARD_NATS)
-    other = fitted(("sensor_lag",), 60.0)
-    inside = [calibrated, simple, noise, other]
-    assert _is_ahead_of_all_inside(calm, simple, inside)
-    assert not _is_ahead_of_all_inside(calm, noise, inside)
-    assert _is_ahead_of_all_inside(calm, better, inside)
-    # What a set does not contain is no reason against it.
-    assert _is_ahead_of_all_inside(calm, other, inside)
-    assert not _is_ahead_of_all_inside(calm, fitted(("sensor_lag",), 99.0), inside)
+    simple, stribeck = fitted("coulomb_friction"), fitted("stribeck_friction")
+    other = fitted("sensor_lag")
+    scores = {
+        frozenset[str](): -9.0,
+        frozenset(simple.effects): -5.0,
+        frozenset(other.effects): -6.0,
+    }
+    for law, is_ahead in ((-5.1, False), (-4.9, True)):
+        inside = {**scores, frozenset(stribeck.effects): law}
+        assert _is_ahead_of_all_inside(stribeck, inside) == is_ahead
+        # What a set does not contain is no reason against it.
+        assert _is_ahead_of_all_inside(simple, inside)
+        assert _is_ahead_of_all_inside(other, inside)
+    assert not _is_ahead_of_all_inside(other, {**scores, frozenset(other.effects): -9.5})
 
 
 @pytest.mark.slow
@@ -573,9 +566,8 @@ def test_a_simpler_law_in_another_order_stands_for_no_set(monkeypatch: pytest.Mo
     class Fitted:
         effects: tuple[str, ...]
         x: None = None
-        cost: float = 0.0
-        held_out_cost: float = 0.0
 
+    monkeypatch.setattr(searching, "left", lambda case, fitted: 0.0)
     monkeypatch.setattr(searching, "linearised_start", lambda case, effects, x: None)
     monkeypatch.setattr(searching, "preselected", lambda case, sets, kept, progress: [])
     monkeypatch.setattr(searching, "screen", lambda case, effects, starts: Fitted(effects))

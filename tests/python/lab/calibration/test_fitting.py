@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from made_machines import TRUE, drawn_machines, unanswered
 from scipy import stats
 
-from ehsid.harness.diagnosis.decision.posterior import IN_USE
+from ehsid.harness.diagnosis.search.score import IN_USE
 from ehsid.lab.calibration.choices import best_sets, choices_of, log_loss, probabilities, scores
 from ehsid.lab.calibration.fitting import (
     NAMES,

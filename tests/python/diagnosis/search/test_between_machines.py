@@ -5,15 +5,14 @@ from dataclasses import replace
 import pytest
 from msgspec.structs import replace as replace_part
 
-from ehsid.harness.diagnosis.decision.posterior import (
-    SHRINKAGE_FURTHER,
-    SHRINKAGE_FURTHER_FROM_NOMINAL,
-    SIZE_FURTHER,
-    reduction_between_machines,
-    size_between_machines,
-)
 from ehsid.harness.diagnosis.model.parameters import Parameter
 from ehsid.harness.diagnosis.schema import Estimate, HowFar, Value
+from ehsid.harness.diagnosis.search.gap_reduction import (
+    SHRINKAGE_FURTHER,
+    SHRINKAGE_FURTHER_FROM_NOMINAL,
+    reduction_between_machines,
+)
+from ehsid.harness.diagnosis.search.intervals import SIZE_FURTHER, size_between_machines
 
 FORCE = Parameter("effects.load_force.force_n", False, 0.0, 1.0, -500.0, 500.0)
 GAP = HowFar(2.0, 1.0, 0.1, (0.05, 0.06), Value(0.95, (0.94, 0.96)), Value(0.95, (0.93, 0.97)), {})

@@ -22,16 +22,13 @@ from ehsid.harness.diagnosis.deciding import (
     LEAST_SHARE,
     SMALL,
 )
-from ehsid.harness.diagnosis.decision import posterior as posterior_module
-from ehsid.harness.diagnosis.decision.posterior import (
-    IN_USE,
+from ehsid.harness.diagnosis.decision import hypotheses
+from ehsid.harness.diagnosis.decision.hypotheses import (
+    SHOWN,
     Posterior,
-    left,
     outside_score,
     posterior,
-    score,
-    share_of_tolerance,
-    with_law,
+    values_differ,
 )
 from ehsid.harness.diagnosis.model.case import Case
 from ehsid.harness.diagnosis.model.spectrum import BANDS
@@ -45,6 +42,13 @@ from ehsid.harness.diagnosis.search.candidates import (
     spelled_out,
 )
 from ehsid.harness.diagnosis.search.maps import edges_can_replace_force
+from ehsid.harness.diagnosis.search.score import (
+    IN_USE,
+    left,
+    score,
+    score_of,
+    share_of_tolerance,
+)
 
 POSITION_ONLY = type("PositionOnly", (MadeCase,), {"pressures": False})
 SETS = (
@@ -68,7 +72,7 @@ def candidates(sizes: list[float]) -> tuple[FittedCandidate, list[FittedCandidat
 
 
 def by_set(found: Posterior) -> dict[tuple[str, ...], float]:
-    return {each.candidate.effects: each.probability for each in found.hypotheses}
+    return {each.effects: each.probability for each in found.sets}
 
 
 @given(sizes=ALL_RMS, pressures=st.booleans())
@@ -76,11 +80,11 @@ def test_probabilities_are_those_of_all_there_is(sizes: list[float], pressures: 
     case = CASE if pressures else cast(Case, cast(Any, POSITION_ONLY()))
     found = posterior(case, *candidates(sizes))
     probabilities = [each.probability for each in found.hypotheses]
-    assert math.fsum([*probabilities, found.outside]) == pytest.approx(1.0, abs=1e-12)
-    assert min(*probabilities, found.outside) >= 0.0
+    assert math.fsum(probabilities) == pytest.approx(1.0, abs=1e-12)
+    assert min(probabilities) >= 0.0
     assert probabilities == sorted(probabilities, reverse=True)
     assert set(by_set(found)) == {(), *SETS}
-    assert found.healthy.candidate.effects == ()
+    assert (found.healthy.kind, found.healthy.effects) == ("nothing", ())
 
 
 @given(sizes=ALL_RMS, data=st.data())
@@ -106,12 +110,11 @@ def test_a_score_falls_with_errors_effects_and_doubtful_sizes(
 def test_of_two_sets_alike_the_one_that_leaves_more_is_never_more_probable(
     sizes: list[float],
 ) -> None:
-    found = posterior(CASE, *candidates(sizes)).hypotheses
+    found = posterior(CASE, *candidates(sizes)).sets
     for one in found:
         for other in found:
             is_alike = (
-                law_count(one.candidate.effects) == law_count(other.candidate.effects)
-                and one.small == other.small
+                law_count(one.effects) == law_count(other.effects) and one.small == other.small
             )
             if is_alike and one.left < other.left:
                 assert one.probability >= other.probability
@@ -164,7 +167,7 @@ def test_a_size_beyond_doubt_is_more_probable() -> None:
         found.append(posterior(CASE, candidate(rms=1.1e-5), [delay]))
     doubtful, large = (each.of_effect("transport_delay") for each in found)
     assert doubtful <= large
-    smalls = [one.small for each in found for one in each.hypotheses if one.candidate.effects]
+    smalls = [one.small for each in found for one in each.sets if one.effects]
     assert smalls[1] == 0.0 < smalls[0]
 
 
@@ -210,6 +213,11 @@ def test_friction_by_direction_is_coulomb_friction_and_a_constant_force() -> Non
     assert spelled_out(["coulomb_friction_sides"]) == ("coulomb_friction", "load_force")
     assert effect_families(["coulomb_friction_sides"]) == {"friction", "load_force"}
     assert law_count(["coulomb_friction_sides"]) == 3
+
+
+def test_an_error_of_each_of_two_transducers_is_two_errors() -> None:
+    assert law_count(["pressure_sensor_gain"]) == law_count(["pressure_sensor_offset"]) == 2
+    assert law_count(["pressure_sensor_lag", "sensor_lag"]) == 2
 
 
 def test_a_set_has_no_law_twice() -> None:
@@ -267,38 +275,46 @@ def test_errors_laws_and_small_effects_cost_what_the_formula_says() -> None:
     assert base - float(score(0.5, 1, 1.0)) == pytest.approx(0.75 * SMALL, rel=1e-9)
 
 
-@pytest.mark.parametrize("evidence", [-3.0, 0.0, 2.0, 5.0])
-def test_a_law_without_a_name_makes_a_cause_outside_as_probable_as_its_evidence(
-    evidence: float,
-) -> None:
+def test_a_fitted_set_has_the_score_of_what_it_leaves_and_costs() -> None:
+    pair = candidate("coulomb_friction", "sensor_lag", rms=5e-6)
+    assert score_of(CASE, pair) == pytest.approx(float(score(left(CASE, pair), 2, 0.0)), rel=1e-12)
+    small = candidate("transport_delay", rms=1e-6, **{"transport_delay.delay_s": 3e-4})
+    assert score_of(CASE, small) == -math.inf
+
+
+@pytest.mark.parametrize("evidence", [-3.0, 0.0, 2.0, 5.0, 1e5])
+def test_a_law_without_a_name_competes_with_all_others(evidence: float) -> None:
+    """It is a cause outside; no evidence takes the share LAPSE of the others away."""
     found = posterior(CASE, candidate(rms=1.5e-6), [])
-    after = with_law(found, evidence)
-    total = after.outside + sum(each.probability for each in after.hypotheses)
-    assert total == pytest.approx(1.0, rel=1e-12)
-    # The odds of the law against all others, or those of before.
-    odds = after.outside / (1.0 - after.outside)
-    law = found.healthy.probability * math.exp(evidence) / (1.0 - found.outside)
-    before = found.outside / (1.0 - found.outside)
-    assert odds == pytest.approx(min(max(before, law), (1.0 - LAPSE) / LAPSE), rel=1e-9)
-    assert after.outside >= found.outside
+    after = found.with_laws([((), evidence)])
+    assert math.fsum(each.probability for each in after.hypotheses) == pytest.approx(1.0, rel=1e-12)
+    (law,) = (each for each in after.hypotheses if each.kind == "law")
+    # ln of the odds against the rig without effects, less the share LAPSE / K of K = 3.
+    here, healthy = (p - LAPSE / 3 for p in (law.probability, after.healthy.probability))
+    assert healthy == pytest.approx(here * math.exp(-evidence), rel=1e-6, abs=1e-12)
+    assert after.outside > law.probability
 
 
 def test_an_effect_beside_a_law_is_as_probable_as_both_together() -> None:
     found = posterior(CASE, candidate(rms=1e-5), [candidate("coulomb_friction", rms=5e-6)])
-    after = with_law(found, 40.0, ("coulomb_friction",), 0.75)
-    alone = with_law(found, 40.0)
-    of_sets = alone.of_effect("coulomb_friction")
-    expected = of_sets + 0.75 * after.outside
+    after = found.with_laws([(("coulomb_friction",), 40.0), ((), 40.0 - math.log(3.0))])
+    laws = {each.effects: each.probability for each in after.hypotheses if each.kind == "law"}
+    assert laws[("coulomb_friction",)] == pytest.approx(3.0 * laws[()], rel=0.1)
+    expected = by_set(after)[("coulomb_friction",)] + laws[("coulomb_friction",)]
     for effect in ("coulomb_friction", "stribeck_friction"):  # one family
         assert after.of_effect(effect) == pytest.approx(expected, rel=1e-12)
     assert after.of_effect("sensor_lag") == 0.0
 
 
-def test_evidence_without_end_leaves_finite_probabilities() -> None:
-    after = with_law(posterior(CASE, candidate(rms=1.5e-6), []), 1e5)
-    # In three cases of a hundred the machine does what nobody thought of.
-    assert after.outside == pytest.approx(1.0 - LAPSE)
-    assert after.healthy.probability == pytest.approx(LAPSE)
+def test_other_values_of_the_rig_cost_as_much_as_two_effects() -> None:
+    price = 2.0 * EFFECT / EVIDENCE
+    assert values_differ(0.3 + price, 0.3) == pytest.approx(0.5)
+    assert values_differ(0.3, 0.3) == pytest.approx(1.0 / (1.0 + math.exp(2.0 * EFFECT)))
+    assert values_differ(0.3 + 2.0 * price, 0.3) > 0.99
+
+
+def test_what_the_record_shows_leaves_the_share_of_a_lapse() -> None:
+    assert pytest.approx(1.0 - LAPSE / 2) == SHOWN
 
 
 class _WithSimulator(MadeCase):
@@ -346,9 +362,9 @@ def test_effects_that_cannot_be_tried_count_less_the_more_is_explained(
     def odds() -> float:
         found = posterior(case, sets[0], sets[1:])
         # LAPSE / K of the probability is spread over the K = 3 answers.
-        best, outside = (p - LAPSE / 3 for p in (found.hypotheses[0].probability, found.outside))
+        best, outside = (p - LAPSE / 3 for p in (found.sets[0].probability, found.outside))
         return math.log(outside / best)
 
     without = odds()
-    monkeypatch.setattr(posterior_module, "uncarried_odds", lambda rig: 2.0)
+    monkeypatch.setattr(hypotheses, "uncarried_odds", lambda rig: 2.0)
     assert odds() - without == pytest.approx(2.0 * ratio, rel=1e-9)

@@ -1,0 +1,154 @@
+# SPDX-License-Identifier: MIT
+"""What a hypothesis leaves of the gap, and what it costs: the one scale on which they compete.
+
+The score of a set S of k laws (`law_count`), nats, is
+
+    u(S) = -EVIDENCE left(S) - k EFFECT - SMALL sum_i max(0, 1 - margin_i)
+
+with the margin of an effect: ln of the factor by which it is larger than what every servo has. The
+search extends sets by it, laws without a name earn their place on it, and the probabilities follow
+from it. The cost of a fit, nats, only tells where a fit of one set ended lower.
+"""
+
+from __future__ import annotations
+
+import math
+import sys
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, fields
+from typing import Literal
+
+import numpy as np
+import numpy.typing as npt
+
+from ...base.numbers import FloatArray
+from .. import deciding
+from ..deciding import LEAST_SHARE, OCTAVES_WITHIN
+from ..model.case import Case
+from ..model.spectrum import OutputLikelihood
+from .candidates import FittedCandidate, law_count
+from .intervals import margin, matters
+
+Data = Literal["all", "fitted", "held out"]
+
+# What a simulation that diverges leaves: more than any errors that are finite.
+DIVERGED = math.log(sys.float_info.max)
+
+
+def left(case: Case, candidate: FittedCandidate, data: Data = "all", share: float = 1.0) -> float:
+    """Mean of ln(errors / tolerated errors) over all octaves, windows and outputs, >= 0.
+
+        left = sum_b (n_b / 2) ln((P_b + t_b) / t_b) / sum_b n_b
+
+    with the power P_b of the errors in band b, the tolerated power t_b and the number n_b of
+    independent coefficients, over all outputs: the negative log-likelihood of `model.likelihood`,
+    less that of a perfect simulator, for each independent error. A mean and not a sum, because
+    errors of a model repeat. It is DIVERGED where a simulation diverges. data: which records or
+    blocks count. share: of the tolerance, see `share_of_tolerance`.
+    """
+    cost, count = 0.0, 0.0
+    for mean, likelihood in _by_output(case, candidate, data):
+        narrowed = likelihood.narrowed(share)
+        cost += narrowed.cost_of(mean) - narrowed.cost_of(np.zeros_like(mean))
+        count += float(likelihood.counts.sum())
+    return cost / count if math.isfinite(cost) else DIVERGED
+
+
+def _by_output(
+    case: Case, candidate: FittedCandidate, data: Data
+) -> Iterator[tuple[FloatArray, OutputLikelihood]]:
+    """Mean power of the errors in each band, shape (BANDS,), and the likelihood of each output."""
+    for part, powers in (("fitted", candidate.fit_powers), ("held out", candidate.powers)):
+        if data not in ("all", part):
+            continue
+        likelihoods = case.problem(held_out=part == "held out").likelihoods.values()
+        for by_band, likelihood in zip(powers.sum(axis=0), likelihoods, strict=True):
+            yield by_band / np.maximum(likelihood.spectrum.sizes, 1.0), likelihood
+
+
+def above_noise(case: Case, candidate: FittedCandidate, share: float = 1.0) -> float:
+    """Returns what a candidate leaves beyond errors that are only the noise of the sensors.
+
+    case, candidate, share: as of `left`. No set can leave much less than 0.
+    """
+    by_noise, count = 0.0, 0.0
+    for _, likelihood in _by_output(case, candidate, "all"):
+        narrowed = likelihood.narrowed(share)
+        noise = narrowed.tolerated - (0.0 if narrowed.of_motion is None else narrowed.of_motion)
+        by_noise += narrowed.cost_of(noise) - narrowed.cost_of(np.zeros_like(noise))
+        count += float(likelihood.counts.sum())
+    return left(case, candidate, share=share) - by_noise / count
+
+
+def share_of_tolerance(case: Case, candidates: Sequence[FittedCandidate]) -> float:
+    """Share of a tolerance that may be too large which the best candidate shows to be enough.
+
+    It is that of a user's simulator, or of commands that nobody logged. In each band where it is
+    above the noise, what the candidate leaves above the noise is compared with it; `OCTAVES_WITHIN`
+    of all bands are within the share. 1 for our simulator on a log of all commands, and where the
+    rig file states the tolerance.
+    """
+    stated = case.engine is not None and case.engine.runs.section.tolerance is not None
+    if stated or (case.engine is None and not any(case.unknown.values())):
+        return 1.0
+    best = min(candidates, key=lambda candidate: left(case, candidate))
+    shares: list[float] = []
+    for mean, likelihood in _by_output(case, best, "all"):
+        assert likelihood.of_motion is not None
+        noise = likelihood.tolerated - likelihood.of_motion
+        told = (likelihood.of_motion > noise) & (likelihood.counts > 0.0)
+        above = np.maximum(mean - noise, 0.0)[told]
+        shares += np.sqrt(above / likelihood.of_motion[told]).tolist()
+    most = float(np.quantile(shares, OCTAVES_WITHIN)) if shares else 1.0
+    return min(max(most, LEAST_SHARE), 1.0)
+
+
+@dataclass(frozen=True)
+class Constants:
+    """Constants of the equations; `deciding` has each by its name in capitals, with its reason.
+
+    As one value, so that others can be put in their place.
+    """
+
+    evidence: float
+    least_left: float
+    effect: float
+    small: float
+    outside: float
+    outside_beside: float
+    outside_left: float
+    outside_explained: float
+    outside_position: float
+    lapse: float
+
+
+IN_USE = Constants(
+    **{each.name: getattr(deciding, each.name.upper()) for each in fields(Constants)}
+)
+
+
+def score(
+    left: npt.ArrayLike,
+    laws: npt.ArrayLike,
+    small: npt.ArrayLike,
+    constants: Constants = IN_USE,
+) -> FloatArray:
+    """Scores u(S), nats, of sets of so many laws; the three arrays have one shape."""
+    evidence = constants.evidence * np.asarray(left)
+    prior = constants.effect * np.asarray(laws) + constants.small * np.asarray(small)
+    # u(S) = -EVIDENCE left(S) - k EFFECT - SMALL sum_i max(0, 1 - margin_i)
+    return np.asarray(-evidence - prior)
+
+
+def smallness(case: Case, candidate: FittedCandidate) -> float:
+    """Returns the sum over the effects of max(0, 1 - margin); each of them matters."""
+    margins = (margin(effect, candidate.values, case.rig) for effect in candidate.effects)
+    return sum((max(0.0, 1.0 - each) for each in margins), start=0.0)
+
+
+def score_of(case: Case, candidate: FittedCandidate, share: float = 1.0) -> float:
+    """Score u(S), nats, of a fitted set; -inf where an effect is no larger than in every servo."""
+    if not all(matters(effect, candidate.values, case.rig) for effect in candidate.effects):
+        return -math.inf
+    laws = law_count(candidate.effects)
+    return float(score(left(case, candidate, share=share), laws, smallness(case, candidate)))
