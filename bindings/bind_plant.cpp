@@ -67,6 +67,9 @@ std::vector<plant::TableShape> tables_from(const std::vector<PassedTable>& passe
         place_of("tables: adds_to", plant::kEquationNames, each[0].cast<std::string>()));
     table.of = static_cast<plant::Variable>(
         place_of("tables: of", plant::kVariableNames, each[1].cast<std::string>()));
+    if (table.adds_to == plant::Equation::mass && table.of != plant::Variable::position) {
+      throw py::value_error("tables: a mass is given over position_m only");
+    }
     const auto knots = real_array<double>("knots", each[2]);
     require_shape("knots", knots, 1, -1);
     table.knots.assign(knots.data(), knots.data() + knots.size());
@@ -105,6 +108,9 @@ std::vector<plant::Disturbance> disturbances_from(const std::vector<PassedDistur
     }
     const auto equation = static_cast<plant::Equation>(
         place_of("disturbances: adds_to", plant::kEquationNames, each[0].cast<std::string>()));
+    if (equation == plant::Equation::mass) {
+      throw py::value_error("disturbances: a mass is no signal; expected another equation");
+    }
     signals.push_back(real_array<double>("disturbances: signal", each[1]));
     require_shape("disturbances: signal", signals.back(), 1, samples);
     require_finite("disturbances: signal", signals.back());
@@ -404,7 +410,8 @@ threads : int >= 0
     0 takes as many as there are cores.
 tables : sequence of (adds_to, of, knots)
     Terms that are added to an equation, linear between rising knots of a variable and constant beyond them; see
-    plant_tables() for the names. Their values follow in `values`, one for each knot.
+    plant_tables() for the names. Their values follow in `values`, one for each knot. A mass is given over the
+    position; a quarter of the mass without tables always stays.
 disturbances : sequence of D (adds_to, signal)
     Signals of shape (N,), finite, that could be added to an equation, in the unit of a table that adds to it, linear
     between samples. They add nothing: wanted are the derivatives by their sizes.

@@ -44,7 +44,15 @@ WRAPPER = "simulator_fmu.cpp"
 _LARGEST = sys.float_info.max
 # SI units of what a table adds to an equation.
 _OF_TERM = MappingProxyType(
-    {"spool": "1", "flow_a": "m^3/s", "flow_b": "m^3/s", "force": "N", "sensor": "m", "delay": "s"}
+    {
+        "spool": "1",
+        "flow_a": "m^3/s",
+        "flow_b": "m^3/s",
+        "force": "N",
+        "sensor": "m",
+        "delay": "s",
+        "mass": "kg",
+    }
 )
 
 

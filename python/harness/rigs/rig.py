@@ -37,9 +37,9 @@ SECTION = "effects.table"
 # What a plant has that is no hydraulic servo: on an axis there is no oil, and a motor has no spool;
 # in the linear model the spool moves, but pressures are not told apart.
 PLANTS = {
-    "axis": (("force", "sensor", "delay"), ("velocity_m_s", "position_m", "time_s")),
+    "axis": (("force", "sensor", "delay", "mass"), ("velocity_m_s", "position_m", "time_s")),
     "linear": (
-        ("spool", "force", "sensor", "delay"),
+        ("spool", "force", "sensor", "delay", "mass"),
         ("velocity_m_s", "position_m", "spool", "time_s"),
     ),
 }
@@ -56,7 +56,8 @@ class TableLaw:
     adds_to: str
     """Equation, one of `EQUATIONS`: "spool" (opening, fraction of rated command), "flow_a" and
     "flow_b" (flow into a chamber, m^3/s), "force" (against extension, N), "sensor" (reading of the
-    position, m), "delay" (of the command path, s)."""
+    position, m), "delay" (of the command path, s), "mass" (what moves with the rod, kg, over
+    "position_m" only)."""
     of: str
     """Variable, one of `VARIABLES`."""
     knots: tuple[float, ...]
@@ -125,6 +126,8 @@ def _not_numbers(key: str, given: object) -> list[str]:
 
 def _contradictions(path: str, section: Mapping[str, Any]) -> list[str]:
     knots, values = section["knots"], section["values"]
+    if section["adds_to"] == "mass" and section["of"] != "position_m":
+        return [f"'{path}.of' = '{section['of']}': a mass is given over position_m"]
     if not 2 <= len(knots) <= MOST_KNOTS:
         return [f"'{path}.knots' has {len(knots)} numbers: expected 2 to {MOST_KNOTS}"]
     if len(values) != len(knots):
@@ -287,6 +290,7 @@ OF_TERM: Mapping[str, tuple[str, float]] = MappingProxyType(
         "spool": ("%", 100.0),
         "sensor": ("mm", 1e3),
         "delay": ("ms", 1e3),
+        "mass": ("kg", 1.0),
     }
 )
 OF_VARIABLE: Mapping[str, tuple[str, float]] = MappingProxyType(
@@ -308,6 +312,7 @@ TERM_WORDS: Mapping[str, str] = MappingProxyType(
         "spool": "opening of the valve",
         "sensor": "error of the position sensor",
         "delay": "delay of the command",
+        "mass": "moving mass",
     }
 )
 VARIABLE_WORDS: Mapping[str, str] = MappingProxyType(
@@ -332,4 +337,15 @@ def table_subsystem(adds_to: str, of: str) -> str:
     """Returns the subsystem to which a table belongs; flow over the spool is that of its edges."""
     if adds_to in ("flow_a", "flow_b"):
         return "valve" if of == "spool" else "hydraulics"
-    return {"force": "mechanics", "spool": "valve", "sensor": "sensor", "delay": "timing"}[adds_to]
+    return _SUBSYSTEM[adds_to]
+
+
+_SUBSYSTEM = MappingProxyType(
+    {
+        "force": "mechanics",
+        "mass": "mechanics",
+        "spool": "valve",
+        "sensor": "sensor",
+        "delay": "timing",
+    }
+)

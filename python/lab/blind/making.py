@@ -20,7 +20,7 @@ from ehsid.harness.base.files import result_folder, write_text
 from ehsid.harness.base.parallel import Progress, run_tasks
 
 SENSORS = ("position", "pressures", "pressures+supply", "pressures+supply+spool")
-GRADES = ("plain", "hard", "confusable", "slow", "wide", "abroad")
+GRADES = ("plain", "hard", "confusable", "slow", "wide", "abroad", "linkage")
 # Sets of excitations of the grade `wide`. Constants that are fitted on one set can be judged on the
 # other.
 EXCITATIONS = ("all", "training", "validation")
@@ -266,6 +266,9 @@ class Answer:
     """Largest command in each of the two records, as a share of rated command."""
     families: Mapping[str, str] = field(default_factory=dict)
     """Kinds of physics, measurement and excitation of a wide case by trait, to group results."""
+    laws: tuple[tuple[str, str], ...] = ()
+    """Equation and variable of the laws that the simulator lacks, where more than one may be found;
+    effects of the catalogue in an "open" case are beside them."""
 
 
 def read_answers(path: Path) -> dict[str, Answer]:

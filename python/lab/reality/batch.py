@@ -61,9 +61,17 @@ def write_case(case: RealityCase, folder: str | os.PathLike[str]) -> None:
 SHARES = {"one": 0.5, "two": 0.15, "none": 0.1, "params": 0.1, "open": 0.15}
 
 
-def draw_kind(seed: int) -> Kind:
-    """Draws the kind of the case with this seed; half of all cases have one effect."""
+BESIDE_LINKAGE = 0.4  # share of the linkages that have an effect of the catalogue
+
+
+def draw_kind(seed: int, grade: Grade) -> Kind:
+    """Draws the kind of the case with this seed; half of all cases have one effect.
+
+    Of a linkage it tells the effects beside it: one in two of five cases, and else none.
+    """
     stream = np.random.default_rng((seed, 7))
+    if grade == "linkage":
+        return "one" if stream.random() < BESIDE_LINKAGE else "open"
     return KINDS[int(stream.choice(len(KINDS), p=[SHARES[kind] for kind in KINDS]))]
 
 
@@ -78,21 +86,24 @@ def draw_sensors(seed: int, grade: Grade) -> Sensors:
 def draw_seconds(seed: int, grade: Grade) -> float:
     """Draws the length of the records of a case, independently of its effect.
 
-    8 to 20 s; 30 to 60 s for slow records and those from abroad, which have fewer samples a second.
+    8 to 20 s; 30 to 60 s for slow records and those from abroad, which have fewer samples a second;
+    15 to 30 s for linkages, which take seconds for a stroke.
     """
-    ends = (30.0, 60.0) if grade in ("slow", "abroad") else (8.0, 20.0)
+    longer = {"slow": (30.0, 60.0), "abroad": (30.0, 60.0), "linkage": (15.0, 30.0)}
+    ends = longer.get(grade, (8.0, 20.0))
     return round(float(np.random.default_rng((seed, 9)).uniform(*ends)), 1)
 
 
 def draw_sampling_time(seed: int, grade: Grade) -> float:
     """Draws the sampling time, s: 20 or 50 ms for slow records, 1 ms for plain and hard ones.
 
-    Wide records have 0.5, 1, 2 or 4 ms, those from abroad 5, 10, 20 or 50 ms.
+    Wide records have 0.5, 1, 2 or 4 ms, those from abroad 5, 10, 20 or 50 ms, linkages 1, 2 or 4.
     """
     choice = {
         "slow": (0.02, 0.05),
         "wide": (5e-4, 1e-3, 2e-3, 4e-3),
         "abroad": (5e-3, 1e-2, 2e-2, 5e-2),
+        "linkage": (1e-3, 2e-3, 4e-3),
     }.get(grade, (1e-3,))
     return choice[int(np.random.default_rng((seed, 10)).integers(len(choice)))]
 
@@ -123,7 +134,7 @@ def write_drawn_case(
     case = make_case(
         seed,
         grade,
-        kind or draw_kind(seed),
+        kind or draw_kind(seed, grade),
         effects,
         sensors="position" if plant == "axis" else sensors or draw_sensors(seed, grade),
         plant=plant,

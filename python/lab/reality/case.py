@@ -26,6 +26,8 @@ from .excitation import (
     draw_task,
     weak_loop,
 )
+from .linkage import EFFECT as BOOM
+from .linkage import LAWS, LINKAGE, LOADS, draw_linkage_rig, over_the_stroke, with_told_load
 from .noise import Noise, draw_logger, draw_noise, usual_logger
 from .nominal_rig import (
     LAG,
@@ -133,8 +135,12 @@ def make_case(
     ValueError
         an effect is not known, the kind has another number of effects, or a wide case is asked of
         an axis or a set of excitations of another grade.
+
+    A machine of the grade "linkage" is a wide one whose cylinder turns a boom. Its kind tells the
+    effects beside the linkage; that of its answer is "open".
     """
-    wide = grade in ("wide", "abroad")
+    linkage = grade == "linkage"
+    wide = linkage or grade in ("wide", "abroad")
     if wide and plant != "ehs":
         raise ValueError(f"grade '{grade}' has hydraulic servos only; leave out --plant")
     log_s, dt_s = dt_s, dt_s / logged_every
@@ -143,9 +149,12 @@ def make_case(
     streams = [np.random.default_rng(child) for child in np.random.SeedSequence(seed).spawn(11)]
     rig_rng, value_rng, task_rng, noise_rng, effect_rng, fault_rng, transfer_rng = streams[:7]
     severity_rng, variant_rng, logger_rng, excitation_rng = streams[7:]
-    rig = draw_wide_rig(rig_rng) if wide else draw_nominal_rig(rig_rng, plant)
+    if linkage:
+        rig = draw_linkage_rig(rig_rng)
+    else:
+        rig = draw_wide_rig(rig_rng) if wide else draw_nominal_rig(rig_rng, plant)
     name = f"{int(rig_rng.integers(2**32)):08x}"
-    sizes_by_effect = _sizes(effect_rng, rig, kind, effects)
+    sizes_by_effect = _sizes(effect_rng, rig, kind, effects, linkage)
     if "valve_lag" in sizes_by_effect:  # a lag that the rig file states would be no gap
         rig = replace(rig, values={k: v for k, v in rig.values.items() if k not in LAG})
     accuracy: Literal["exact", "within", "moved"] = "within"
@@ -154,6 +163,10 @@ def make_case(
     elif kind == "params":
         accuracy = "moved"
     true_values = draw_true_values(value_rng, rig, accuracy)
+    if linkage:
+        boom_rng = np.random.default_rng(np.random.SeedSequence(seed).spawn(13)[12])
+        sizes_by_effect[LINKAGE] = BOOM.draw(boom_rng, rig)
+        rig, kind = with_told_load(boom_rng, rig, sizes_by_effect[LINKAGE]), "open"
     severity = float(severity_rng.random()) if wide else float(grade == "hard")
     structure = draw_structure(value_rng, rig, severity)
     if wide:  # at full speed, seals bend and slide within a time that does not take tiny steps
@@ -193,6 +206,8 @@ def make_case(
         if is_open:
             weak_rad_s = weak_loop(rig) if wide else WEAK_LOOP_RAD_S
         task = draw_task(draws.task, rig, excitation_kind, samples, dt_s, small, weak_rad_s)
+        if linkage:
+            task = over_the_stroke(draws.task, task, rig, dt_s)
         noise = draw_noise(draws.noise, rig, samples, logger)
         record_faults = faults(sizes_by_effect, draws.faults, samples, dt_s)
         step = max(
@@ -243,6 +258,8 @@ def make_case(
         "told": dict(rig.values),
         "structure": structure,
     }
+    if linkage:
+        answer["laws"] = LAWS
     if wide:
         answer |= {
             "severity": severity,
@@ -275,7 +292,7 @@ class Draws(NamedTuple):
 
 def _definition(effect: str) -> Effect:
     unnamed = {name: law.effect for name, law in UNNAMED.items()}
-    known = {**CATALOGUE, **ADDED_EFFECTS, **OUTSIDE, **unnamed}
+    known = {**CATALOGUE, **ADDED_EFFECTS, **OUTSIDE, **unnamed, LINKAGE: BOOM}
     if effect not in known:
         raise ValueError(f"effect '{effect}' is not known; there are {', '.join(known)}")
     return known[effect]
@@ -286,11 +303,17 @@ def _sizes(
     rig: NominalRig,
     kind: Kind,
     requested: Sequence[str] | Mapping[str, Sizes] | None,
+    linkage: bool,
 ) -> dict[str, Sizes]:
-    """Returns the sizes of the wanted or drawn effects, by id and parameter."""
-    count = {"one": 1, "two": 2, "none": 0, "params": 0, "open": 1}[kind]
+    """Returns the sizes of the wanted or drawn effects, by id and parameter.
+
+    Those beside a linkage are of the catalogue, and no load, which its weight is already.
+    """
+    count = {"one": 1, "two": 2, "none": 0, "params": 0, "open": 0 if linkage else 1}[kind]
     pool = OUTSIDE if kind == "open" else CATALOGUE
     names = [name for name, definition in pool.items() if definition.axis or rig.plant == "ehs"]
+    if linkage:
+        names = [name for name in names if name not in LOADS]
     drawn = [str(name) for name in rng.permutation(names)[:count]]
     if frozenset(drawn) in EXCLUSIVE_PAIRS:
         drawn[1] = "transport_delay"
@@ -383,13 +406,17 @@ def _run(
 
 
 def start_state(machine: Truth, position: float) -> FloatArray:
-    """State (14,) at rest: the valve is closed, and the chamber pressures balance the load."""
+    """State (16,) at rest: the valve is closed, and the chamber pressures balance the load."""
     s = np.zeros(equations.STATES)
     s[equations.Y] = s[equations.Y_2] = s[equations.M] = position
+    weight = 0.0
+    if machine.boom_kg_m2 > 0.0:
+        angle = s[equations.ANGLE] = equations.boom_angle(position, machine)
+        weight = equations.weight_moment(angle, machine) / equations.arm(angle, machine)
     if machine.force_per_unit_n > 0.0:
         return s
     atmosphere = equations.ATMOSPHERE_PA
-    load = machine.load_n + machine.spring_n_m * (position - 0.5 * machine.stroke_m)
+    load = weight + machine.load_n + machine.spring_n_m * (position - 0.5 * machine.stroke_m)
     load += equations.contact_force(position, 0.0, machine)
     low = 0.5 * machine.source_pa * machine.area_a_m2 / (machine.area_a_m2 + machine.area_b_m2)
     p_b = max(low, 5e5 - load / machine.area_b_m2)

@@ -49,9 +49,11 @@ def compiled(function: F) -> F:
 
 # States: spool position and its rate, compression of the oil on both sides, accumulator pressure,
 # position, speed, deflection of the bristles, output of a lagging position sensor, position and
-# speed of a second mass, output of the valve's amplifier, lifts of the counterbalance valves.
-X, X_RATE, C_A, C_B, P_S, Y, V, Z, M, Y_2, V_2, DRIVE, L_A, L_B = range(14)
-STATES = 14
+# speed of a second mass, output of the valve's amplifier, lifts of the counterbalance valves, angle
+# of a boom in the triangle of its pivots, and its rate. With a boom, position and speed of the rod
+# only follow its angle.
+X, X_RATE, C_A, C_B, P_S, Y, V, Z, M, Y_2, V_2, DRIVE, L_A, L_B, ANGLE, TURN = range(16)
+STATES = 16
 # Outputs at the samples: position as read, pressures A, B and supply, spool position, speed.
 OUT_Y, OUT_P_A, OUT_P_B, OUT_P_S, OUT_X, OUT_V = range(6)
 OUTPUTS = 6
@@ -178,6 +180,45 @@ def contact_force(y: float, v: float, t: Truth) -> float:
 
 
 @compiled
+def rod_length(angle: float, t: Truth) -> float:
+    """Distance, m, from the foot of the cylinder to the eye of the rod: the law of cosines."""
+    a, b = t.pivot_m, t.lever_m
+    return math.sqrt(a * a + b * b - 2.0 * a * b * math.cos(angle))
+
+
+@compiled
+def boom_angle(y: float, t: Truth) -> float:
+    """Angle, rad, of the triangle at the boom's pivot with the rod at the position y, m."""
+    a, b, length = t.pivot_m, t.lever_m, t.retracted_m + y
+    return math.acos((a * a + b * b - length * length) / (2.0 * a * b))
+
+
+@compiled
+def arm(angle: float, t: Truth) -> float:
+    """Distance, m, of the boom's pivot from the line of the cylinder: the lever of its force."""
+    return t.pivot_m * t.lever_m * math.sin(angle) / rod_length(angle, t)
+
+
+@compiled
+def weight_moment(angle: float, t: Truth) -> float:
+    """Moment, N m, of the boom's weight against extension."""
+    return t.boom_n_m * math.cos(angle - t.boom_level_rad)
+
+
+@compiled
+def turn_boom(s: FloatArray, force: float, t: Truth, d: FloatArray) -> None:
+    """Writes the derivatives of the boom and of the rod on it; force: on the rod, N."""
+    angle, turn = s[ANGLE], s[TURN]
+    r, length = arm(angle, t), rod_length(angle, t)
+    # J phi'' = F r - M(phi);  l' = r phi',  l'' = r phi'' + (a b cos(phi) - r^2) / l phi'^2
+    d[ANGLE] = turn
+    d[TURN] = (force * r - weight_moment(angle, t)) / t.boom_kg_m2
+    bent = (t.pivot_m * t.lever_m * math.cos(angle) - r * r) / length
+    d[Y] = r * turn
+    d[V] = r * d[TURN] + bent * turn * turn
+
+
+@compiled
 def lift(own: float, other: float, t: Truth) -> float:
     """Lift at rest, 0 to 1, of a counterbalance valve by the pressures of both chambers, Pa.
 
@@ -290,12 +331,15 @@ def valve_pressure(time: float, s: FloatArray, t: Truth) -> float:
 def slope_of(
     time: float, s: FloatArray, command: float, sensor_position: float, t: Truth, d: FloatArray
 ) -> None:
-    """Writes the time derivative of the state s to d; both have the shape (14,).
+    """Writes the time derivative of the state s to d; both have the shape (16,).
 
     `command` is the command to the spool or motor as a fraction. `sensor_position` is the position
     that the sensor reads through its play, m.
     """
     y, v = s[Y], s[V]
+    if t.boom_kg_m2 > 0.0:
+        y = rod_length(s[ANGLE], t) - t.retracted_m
+        v = arm(s[ANGLE], t) * s[TURN]
     warming = warming_share(time, t)
     if t.force_per_unit_n > 0.0:  # a motor drives the load in place of the hydraulics
         drive = t.force_per_unit_n * command
@@ -372,8 +416,13 @@ def slope_of(
     else:
         d[Y_2] = 0.0
         d[V_2] = 0.0
-    d[Y] = v
-    d[V] = force / t.mass_kg
+    if t.boom_kg_m2 > 0.0:
+        turn_boom(s, force, t, d)
+    else:
+        d[ANGLE] = 0.0
+        d[TURN] = 0.0
+        d[Y] = v
+        d[V] = force / t.mass_kg
     # m' = (y with play - m) / T
     if t.sensor_lag_s > 0.0:
         contact = min(max(sensor_position, y - t.sensor_play_m), y + t.sensor_play_m)
@@ -392,12 +441,13 @@ def steps_per_second(s: FloatArray, t: Truth, refinement: int) -> float:
     """
     fastest_rad_s = 0.0
     decay_1_s = 0.0
+    mass_kg = t.boom_kg_m2 / arm(s[ANGLE], t) ** 2 if t.boom_kg_m2 > 0.0 else t.mass_kg
     if t.force_per_unit_n == 0.0:
         volume_a = t.dead_volume_a_m3 + t.area_a_m2 * max(s[Y], 0.0)
         volume_b = t.dead_volume_b_m3 + t.area_b_m2 * max(t.stroke_m - s[Y], 0.0)
         bulk = t.bulk_modulus_0_pa + t.bulk_slope * t.source_pa
         stiffness = bulk * (t.area_a_m2**2 / volume_a + t.area_b_m2**2 / volume_b)
-        fastest_rad_s = math.sqrt((stiffness + t.contact_n_m) / t.mass_kg)
+        fastest_rad_s = math.sqrt((stiffness + t.contact_n_m) / mass_kg)
         steepest = (2.0 - t.flow_exponent) * t.transition_pa ** (t.flow_exponent - 1.0)
         conductance = t.flow_gain * steepest * (abs(opening(s[X], t)) + 0.05)
         conductance = max(conductance, t.relief_m3_s_pa, t.makeup_m3_s_pa)
@@ -412,12 +462,12 @@ def steps_per_second(s: FloatArray, t: Truth, refinement: int) -> float:
             fastest_rad_s = max(fastest_rad_s, STOP_RAD_S)
     if t.static_n > 0.0:
         largest_factor = largest_friction_factor(t)
-        fastest_rad_s = max(fastest_rad_s, math.sqrt(largest_factor * t.bristle_n_m / t.mass_kg))
+        fastest_rad_s = max(fastest_rad_s, math.sqrt(largest_factor * t.bristle_n_m / mass_kg))
         settling_1_s = t.bristle_n_m * abs(s[V]) / sliding_friction(s[V], t)
         # The derivative of |w|^n at the sliding deflection is n.
         settling_1_s *= max(1.0, t.dahl_exponent, t.bouc_wen_power)
         decay_1_s = max(decay_1_s, settling_1_s)
-        decay_1_s = max(decay_1_s, largest_factor * t.bristle_n_s_m / t.mass_kg)
+        decay_1_s = max(decay_1_s, largest_factor * t.bristle_n_s_m / mass_kg)
     if t.second_mass_kg > 0.0:
         smaller_mass = min(t.mass_kg, t.second_mass_kg)
         fastest_rad_s = max(fastest_rad_s, math.sqrt(2.0 * t.second_spring_n_m / smaller_mass))
@@ -505,7 +555,7 @@ def run(
     Parameters
     ----------
     t, start
-        constants of the machine, and its state (14,) at the first sample.
+        constants of the machine, and its state (16,) at the first sample.
     dt_s
         sampling period, s.
     forward, reference

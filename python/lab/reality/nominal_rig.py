@@ -197,7 +197,7 @@ def draw_wide_rig(rng: np.random.Generator) -> NominalRig:
     """
     while True:
         rig, natural_rad_s = _draw(rng)
-        if _is_built(rig, natural_rad_s):
+        if is_built(rig, natural_rad_s):
             return rig
 
 
@@ -246,7 +246,8 @@ def _draw(rng: np.random.Generator) -> tuple[NominalRig, float]:
     return NominalRig("ehs", values, speed, supply * area_a, viscous / mass, stroke), natural
 
 
-def _is_built(rig: NominalRig, natural_rad_s: float) -> bool:
+def is_built(rig: NominalRig, natural_rad_s: float) -> bool:
+    """Whether there is a valve for it, and it reaches and reverses its speed."""
     v = rig.values
     mass = v["load.mass_kg"]
     return (

@@ -99,6 +99,13 @@ class Truth(NamedTuple):
     contact_at_m: float = 0.0
     contact_soft_m: float = 1e-4  # depth within which it is softer
     contact_s_m: float = 0.0  # relative increase of its force with the speed inwards
+    # A boom that the cylinder turns, in place of the mass; see `linkage`. 0: none
+    boom_kg_m2: float = 0.0  # moment of inertia about its pivot
+    boom_n_m: float = 0.0  # moment of its weight where it is level
+    boom_level_rad: float = 0.0  # angle of the triangle where it is level
+    pivot_m: float = 1.0  # from the boom's pivot to the foot of the cylinder
+    lever_m: float = 1.0  # from the boom's pivot to the eye of the rod
+    retracted_m: float = 1.0  # from foot to eye at position 0
     second_mass_kg: float = 0.0
     second_spring_n_m: float = 0.0
     second_damper_n_s_m: float = 0.0

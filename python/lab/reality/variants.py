@@ -24,8 +24,8 @@ from .noise import Logger
 from .nominal_rig import LAG, NominalRig, spread
 from .truth import NO_PLAYS, Plays, Truth
 
-Grade = Literal["plain", "hard", "confusable", "slow", "wide", "abroad"]
-GRADES: tuple[Grade, ...] = ("plain", "hard", "confusable", "slow", "wide", "abroad")
+Grade = Literal["plain", "hard", "confusable", "slow", "wide", "abroad", "linkage"]
+GRADES: tuple[Grade, ...] = ("plain", "hard", "confusable", "slow", "wide", "abroad", "linkage")
 LEAST_AMPLIFIER_S = 5e-5  # a shorter lag is hidden behind that of the spool, and costs many steps
 
 

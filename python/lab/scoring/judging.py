@@ -20,6 +20,11 @@
 | | `effects`, anything else | wrong name |
 | | `ambiguous`, the most probable set is not nearly it | set without the truth |
 | | anything else | missed |
+| a linkage, perhaps with effects of the catalogue | `outside_catalogue` | right |
+| | `effects`, `ambiguous`: of the catalogue's, of its load (`PARTS`), nothing else | incomplete |
+| | `effects`, anything else | wrong name |
+| | `ambiguous`, the most probable set has anything else | set without the truth |
+| | anything else | missed |
 | an effect that the diagnosis had to do without | `outside_catalogue`, `ambiguous` | right |
 | | `effects` | wrong name |
 | | anything else | missed |
@@ -77,6 +82,8 @@ class Findings:
     candidates: tuple[Candidate, ...] = ()
     cannot_judge: frozenset[str] = frozenset()
     """Named effects, ambiguity set, candidates and effects not judged, from `which`."""
+    laws: tuple[tuple[str, str], ...] = ()
+    """Equation and variable of each law without a name that was found."""
     subsystem: Mapping[str, float] = field(default_factory=dict)
     """Shares of the subsystems, from `where`."""
     equations: tuple[tuple[str, float], ...] = ()
@@ -120,6 +127,7 @@ def _findings(file: DiagnosisFile) -> Findings:
         sets=which.ambiguity_set,
         candidates=which.candidates,
         cannot_judge=frozenset(effect.id for effect in which.cannot_judge),
+        laws=tuple((law.law.adds_to, law.law.of) for law in which.missing_law),
         subsystem=file.where.subsystem,
         equations=tuple(
             (equation.subsystem, equation.gain)
@@ -171,6 +179,8 @@ NEAR = {
     "second_load_mass": "flexible_load",
     "valve_stiction": "spool_stiction",
 }
+# Effects of the catalogue that are a part of what it does not have: the weight of a boom is a load.
+PARTS = {"linkage": ("load_force", "load_spring")}
 # Limits of the calibrated rig's gap over its noise floor; below the first, no name is required.
 GAP_SIZES = (3.0, 10.0)
 GAP_NAMES = ("below 3 x floor", "3 to 10 x floor", "above 10 x floor", "gap not known")
@@ -206,6 +216,11 @@ class Judgement:
     """Whether the verdict for an effect in the catalogue says that it is outside."""
     abstained: bool | None = None
     """Whether the true effects were not named, but listed as those that cannot be judged."""
+    law: bool | None = None
+    """Whether all laws that were found are in the machine; None where none was found, or the answer
+    tells none."""
+    beside: bool | None = None
+    """Whether exactly the effects of the catalogue were named that are beside such laws."""
 
     @property
     def right(self) -> bool:
@@ -357,6 +372,18 @@ def judge(answer: Answer, findings: Findings) -> Judgement:
         )
 
     excluded = left_out(answer, findings)
+    if answer.laws and not excluded:
+        parts = [part for effect in truth for part in PARTS.get(effect, ())]
+        others = [name for name in named if not is_true(name, [*truth, *parts])]
+        known = [effect for effect in truth if effect not in PARTS]
+        return Judgement(
+            _beside_laws(verdict, bool(others)),
+            subsystem_first=largest in answer.subsystem,
+            wrong_name=verdict == "effects" and bool(others),
+            recognised=verdict == "outside_catalogue",
+            law=set(findings.laws) <= set(answer.laws) if findings.laws else None,
+            beside=not others and all(is_true(effect, named) for effect in known),
+        )
     if excluded or answer.kind not in KNOWN:
         right = near or (excluded and (verdict == "ambiguous" or first))
         recognised = verdict == "outside_catalogue" or (verdict == "effects" and near)
@@ -397,6 +424,13 @@ def _of_unknown(verdict: str, right: bool) -> Outcome:
         case "failed":
             return "failed"
     return "missed"
+
+
+def _beside_laws(verdict: str, others: bool) -> Outcome:
+    """Outcome where laws are missing; `others`: something is named that is not in the machine."""
+    if others or verdict not in ("effects", "ambiguous"):
+        return _of_unknown(verdict, right=False)
+    return "incomplete"
 
 
 def _of_known(verdict: str, first: bool, exact: bool, in_set: bool, abstained: bool) -> Outcome:

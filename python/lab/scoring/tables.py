@@ -152,6 +152,8 @@ def _figures(
         ),
         share("structure blamed, none there", (j.false_alarm for j in judged)),
         share("unknown effect recognised", (j.recognised for j in judged), target("recognised")),
+        share("law of an unknown effect, where found", (j.law for j in judged)),
+        share("beside it exactly the known effects", (j.beside for j in judged)),
         share("known effect rejected", (j.rejected for j in judged), target("rejected")),
         share("listed as not to be judged", (j.abstained for j in judged)),
         share("one effect: exactly it", (c.judgement.exact for c in of("one"))),

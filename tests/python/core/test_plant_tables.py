@@ -128,6 +128,7 @@ TABLES: list[tuple[str, str, list[float], list[float]]] = [
     ("spool", "time_s", [0.0, 0.1, 0.3], [0.0, 0.01, -0.01]),
     ("sensor", "position_m", [0.0, 0.15, 0.3], [1e-5, -2e-5, 3e-5]),
     ("delay", "time_s", [0.0, 0.3], [0.0031, 0.0047]),
+    ("mass", "position_m", [0.0, 0.14, 0.155, 0.3], [40.0, -30.0, 60.0, 20.0]),
 ]
 
 

@@ -33,6 +33,7 @@ COMMAND_V = np.repeat(np.random.default_rng(1).uniform(-2.0, 2.0, SAMPLES // 30)
 # Two names: one that a language would take, and one that it would not.
 TABLES = {
     "my-law": TableLaw("force", "velocity_m_s", (-0.3, -0.1, 0.1, 0.2), (-90.0, -40.0, 30.0, 70.0)),
+    "boom": TableLaw("mass", "position_m", (0.0, 0.3), (20.0, -30.0)),
     "wear": TableLaw("spool", "time_s", (0.0, 2.0), (0.0, 0.01)),
 }
 

@@ -63,9 +63,9 @@ def laws(draw: st.DrawFn) -> TableLaw:
     widths = draw(st.lists(st.floats(1e-3, 10.0), min_size=count - 1, max_size=count - 1))
     knots = tuple(float(knot) for knot in np.cumsum([first, *widths]))
     values = tuple(draw(st.lists(finite, min_size=count, max_size=count)))
-    return TableLaw(
-        draw(st.sampled_from(EQUATIONS)), draw(st.sampled_from(VARIABLES)), knots, values
-    )
+    equation = draw(st.sampled_from(EQUATIONS))
+    over = ("position_m",) if equation == "mass" else VARIABLES
+    return TableLaw(equation, draw(st.sampled_from(over)), knots, values)
 
 
 @pytest.mark.slow
@@ -98,7 +98,7 @@ def test_an_axis_takes_tables_that_it_can_have() -> None:
     rig = parse_rig(AXIS + TABLE)
     assert dict(rig.tables) == {"wear": LAW}
     for wrong in ('"flow_a"', '"spool"'):
-        with pytest.raises(RigError, match="expected one of force, sensor, delay"):
+        with pytest.raises(RigError, match="expected one of force, sensor, delay, mass"):
             parse_rig(AXIS + TABLE.replace('"force"', wrong))
     with pytest.raises(RigError, match="expected one of velocity_m_s, position_m, time_s"):
         parse_rig(AXIS + TABLE.replace('"position_m"', '"pressure_a_pa"'))
@@ -108,6 +108,11 @@ def test_an_axis_takes_tables_that_it_can_have() -> None:
     ("changed", "into", "message"),
     [
         ('"force"', '"farce"', r"'effects.table.wear.adds_to' = 'farce': expected one of spool"),
+        (
+            '"force"\nof = "position_m"',
+            '"mass"\nof = "velocity_m_s"',
+            r"table.wear.of' = 'velocity_m_s': a mass is given over position_m",
+        ),
         ('"position_m"', "3", r"'effects.table.wear.of' = 3: expected one of velocity_m_s"),
         ("knots = [0.0, 0.15, 0.3]", "", r"'effects.table.wear' has no knots"),
         ("0.15, 0.3]", "0.15, 0.1]", r"knots\[2\]' = 0.1 after 0.15: expected knots that rise"),

@@ -8,6 +8,10 @@
 // Tables add terms to its equations (tables.hpp). A force over the velocity counts as damping where it rises, so that a
 // steep one is stable. Disturbances add nothing but derivatives (disturbances.hpp).
 //
+// A mass over the position is that of a mechanism with one degree of freedom, whose kinetic energy is m(y) v^2 / 2.
+// Lagrange's equation for it:
+//   m(y) y'' + m'(y) y'^2 / 2 = force
+//
 // Integration: positions and pressures at whole steps, velocity at half steps (leapfrog, second order, no
 // damping of its own).
 #pragma once
@@ -58,6 +62,10 @@ std::array<Scalar, kOutputNames.size()> in_order(const Outputs<Scalar>& o) {
 
 /// Numbers of a state: position, velocity, pressures at the cap and at the rod, as Initial.
 inline constexpr std::size_t kStates = static_cast<std::size_t>(Initial::count);
+
+/// Tables leave at least this share of the mass. A quarter turns every oscillation twice as fast: the leapfrog is still
+/// stable with steps that suit the whole mass.
+inline constexpr double kLeastMass = 0.25;
 
 /// The fastest oscillation turns by at most this angle in a step, rad: about 0.1 % of its frequency.
 inline constexpr double kRadiansPerStep = 1.0 / 3.0;
@@ -191,6 +199,21 @@ class ServoPlant {  // NOLINT(clang-analyzer-optin.performance.Padding)
   };
   Balance balance(const Scalar& drive) const;
 
+  /// What moves with the rod at this whole step, kg, and its slope over the position, kg/m. It is never below
+  /// kLeastMass of that without tables; there its slope is zero.
+  Term<Scalar> inertia() const {
+    if (!tables_.act_on(Equation::mass)) {
+      return {mass_, Scalar(0.0)};
+    }
+    Term<Scalar> now = tables_.at(Equation::mass, state(), Variable::position);
+    now.value += mass_;
+    const Scalar least = mass_ * kLeastMass;
+    if (!(value_of(now.value) > value_of(least))) {
+      return {least, Scalar(0.0)};
+    }
+    return now;
+  }
+
   /// Velocity half a step on, from the forces at this whole step.
   Scalar accelerate(const Scalar& drive) const;
 
@@ -205,7 +228,8 @@ class ServoPlant {  // NOLINT(clang-analyzer-optin.performance.Padding)
 
   /// A contact that is no stiffer than the step can follow: above 2 / h the leapfrog is unstable.
   Contact<Scalar> softened(Contact<Scalar> contact) const {
-    const Scalar most = mass_ * (1.0 / (h_ * h_));
+    const double least = tables_.act_on(Equation::mass) ? kLeastMass : 1.0;
+    const Scalar most = mass_ * (least / (h_ * h_));
     if (value_of(contact.stiffness) > value_of(most)) {
       contact.stiffness = most;
     }
@@ -384,7 +408,12 @@ template <class Scalar>
 void ServoPlant<Scalar>::start_at(const Scalar& velocity) {
   velocity_ = velocity;
   const Balance now = balance(drive_force());
-  velocity_ = velocity - (now.force - now.damping * velocity) * (0.5 * h_) / mass_;
+  const Term<Scalar> mass = inertia();
+  Scalar damping = now.damping;
+  if (tables_.act_on(Equation::mass)) {
+    damping += mass.slope * velocity * 0.5;
+  }
+  velocity_ = velocity - (now.force - damping * velocity) * (0.5 * h_) / mass.value;
 }
 
 template <class Scalar>
@@ -423,10 +452,15 @@ typename ServoPlant<Scalar>::Balance ServoPlant<Scalar>::balance(const Scalar& d
 template <class Scalar>
 Scalar ServoPlant<Scalar>::accelerate(const Scalar& drive) const {
   const Balance now = balance(drive);
-  // m (v+ - v-) / h = force - damping (v+ + v-) / 2
-  const Scalar inertia = mass_ * (1.0 / h_);
+  // m (v+ - v-) / h = force - damping (v+ + v-) / 2 - m' v+ v- / 2
+  const Term<Scalar> mass = inertia();
+  const Scalar per_step = mass.value * (1.0 / h_);
   const Scalar half = now.damping * 0.5;
-  return (velocity_ * (inertia - half) + now.force) / (inertia + half);
+  Scalar ahead = per_step + half;
+  if (tables_.act_on(Equation::mass)) {
+    ahead += mass.slope * velocity_ * 0.5;
+  }
+  return (velocity_ * (per_step - half) + now.force) / ahead;
 }
 
 template <class Scalar>

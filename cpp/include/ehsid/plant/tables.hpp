@@ -19,6 +19,7 @@ enum class Equation {
   force,   // force against extension, N
   sensor,  // reading of the position, m
   delay,   // delay of the command path, s
+  mass,    // what moves with the rod, kg; over the position only
   count
 };
 
@@ -35,7 +36,8 @@ enum class Variable {
 };
 
 /// Names in the order of Equation and of Variable.
-inline constexpr std::array kEquationNames{"spool", "flow_a", "flow_b", "force", "sensor", "delay"};
+inline constexpr std::array kEquationNames{"spool",  "flow_a", "flow_b", "force",
+                                           "sensor", "delay",  "mass"};
 inline constexpr std::array kVariableNames{"velocity_m_s",  "position_m",    "spool",
                                            "pressure_a_pa", "pressure_b_pa", "supply_pressure_pa",
                                            "time_s"};

@@ -27,7 +27,7 @@ from ..search.intervals import LEVEL, candidate_covariance, matters
 from ..search.score import left
 from ..search.search import restrict
 from .fitting import LONG, with_one_law
-from .forms import MENU, describe, visited
+from .forms import MASSES, MENU, describe, visited
 
 MOST_LAWS = 2
 # Prior cost of a law, nats: that of two effects, for its form is free, and of the choice among the
@@ -117,6 +117,7 @@ def missing_laws(
     if shares is None:
         return None
     here = visited(fine, candidate)
+    mass_kg = sum(candidate.values.get(name, 0.0) for name in MASSES)
     tables = candidate.tables()
     laws, forms = [], []
     for law, deviations, share, others in zip(
@@ -124,7 +125,7 @@ def missing_laws(
     ):
         weights = _nearest(law, here[law.of])
         table = tables[law.name]
-        told = describe(table, weights)
+        told = describe(table, weights, mass_kg)
         band = _band(np.array(table.values), deviations, np.array(weights))
         laws.append(
             MissingLaw(

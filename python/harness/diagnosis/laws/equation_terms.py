@@ -30,7 +30,17 @@ from ..model.parameters import Law
 from ..model.problem import Problem
 from ..model.separation import Relevance, quadratic, relevance
 from ..search.candidates import FittedCandidate
-from .forms import BY_DIRECTION, KNOTS, LOAD_PRESSURE, RATES, knots, knots_over, sizes, trajectories
+from .forms import (
+    BY_DIRECTION,
+    KNOTS,
+    LOAD_PRESSURE,
+    RATES,
+    SPRING,
+    knots,
+    knots_over,
+    sizes,
+    trajectories,
+)
 
 # Variables of each equation: first those that a table can have, then those of linear terms.
 TABLES: Mapping[str, tuple[str, ...]] = MappingProxyType(
@@ -129,6 +139,9 @@ def _laws(case: Case, equation: str, here: Mapping[str, FloatArray]) -> tuple[La
         if places is not None:
             # A rig may have a table of the same name already.
             laws.append(Law(equation, variable, places, sizes(case)[equation], "_missing"))
+            if (equation, variable) == SPRING and "mass" in sizes(case):
+                # A linkage changes the force and the mass: both belong to the same equation.
+                laws.append(Law("mass", variable, places, sizes(case)["mass"], "_missing"))
     return tuple(laws)
 
 
@@ -158,6 +171,7 @@ def _fitted(
     terms = {
         law.of: law.size * math.sqrt(factor)
         for law, factor in zip(problem.laws, best.factors, strict=True)
+        if law.adds_to == equation
     }
     joined, variables = _with_linear_terms(problem, x, linear, equation, sizes(case)[equation])
     more = [np.arange(x.size + KNOTS * k, x.size + KNOTS * (k + 1)) for k in range(len(variables))]

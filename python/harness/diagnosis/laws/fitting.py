@@ -218,7 +218,12 @@ def _terms_at_nodes(
     first = x.size - sum(law.knots.size for law in problem.laws)
     for law in problem.laws:
         end = first + law.knots.size
-        known[:, :, first:end] = own.at_nodes(_basis(law, here[law.of]))
+        basis = _basis(law, here[law.of])
+        if law.adds_to == "mass":  # F = m a + 1/2 m' v^2
+            square = here["velocity_m_s"][:, np.newaxis] ** 2
+            basis = basis * here["acceleration_m_s2"][:, np.newaxis]
+            basis += 0.5 * square * _slopes(law, here[law.of])
+        known[:, :, first:end] = own.at_nodes(basis)
         first = end
     return known @ x, known
 
@@ -226,6 +231,15 @@ def _terms_at_nodes(
 def _basis(law: Law, variable: FloatArray) -> FloatArray:
     """Derivatives of a law along a trajectory by its parameters, shape (N, K)."""
     return np.stack([np.interp(variable, law.knots, row) for row in law.basis.T], axis=1)
+
+
+def _slopes(law: Law, variable: FloatArray) -> FloatArray:
+    """Derivatives of the slope of a law along a trajectory by its parameters, shape (N, K)."""
+    slopes = np.diff(law.basis, axis=0) / np.diff(law.knots)[:, np.newaxis]
+    between = np.searchsorted(law.knots, variable, side="right")
+    inside = (between > 0) & (between < law.knots.size)
+    here = slopes[np.clip(between - 1, 0, law.knots.size - 2)]
+    return np.asarray(np.where(inside[:, np.newaxis], here, 0.0))
 
 
 def followed(

@@ -79,10 +79,11 @@ def _rate(signal: FloatArray, dt_s: float) -> FloatArray:
 
 
 # Variables of each equation, as far as physics knows such laws: friction, springs and bearings;
-# flow laws of the edges, leakage and air; errors of sensors; clocks that drift.
+# flow laws of the edges, leakage and air; errors of sensors; clocks that drift; linkages.
 MENU: Mapping[str, tuple[str, ...]] = MappingProxyType(
     {
         "force": ("velocity_m_s", "position_m", "time_s"),
+        "mass": ("position_m",),
         "flow_a": ("spool", "pressure_a_pa", "position_m", "time_s"),
         "flow_b": ("spool", "pressure_b_pa", "position_m", "time_s"),
         "spool": ("spool", "time_s"),
@@ -90,15 +91,25 @@ MENU: Mapping[str, tuple[str, ...]] = MappingProxyType(
         "delay": ("time_s",),
     }
 )
-# Standard deviation of a term by the prior: share of the largest force, of the rated flow, of full
-# opening, of the stroke; and seconds.
+# Standard deviation of a term by the prior: share of the largest force, of the mass, of the rated
+# flow, of full opening, of the stroke; and seconds.
 SHARE = MappingProxyType(
-    {"force": 0.1, "flow_a": 0.1, "flow_b": 0.1, "spool": 0.1, "sensor": 0.01, "delay": 0.01}
+    {
+        "force": 0.1,
+        "mass": 0.3,
+        "flow_a": 0.1,
+        "flow_b": 0.1,
+        "spool": 0.1,
+        "sensor": 0.01,
+        "delay": 0.01,
+    }
 )
 # Below the pressure of the tank free gas decides, of which every oil has another share: a law over
 # the pressure of a chamber begins there.
 CHAMBERS = ("pressure_a_pa", "pressure_b_pa")
 KNOTS = 12
+# What moves with the rod: that of a servo, of an axis.
+MASSES = ("load.mass_kg", "axis.mass_kg", "linear.mass_kg")
 # Over the time a law may come and go several times.
 KNOTS_OF_TIME = 30
 # Share of the samples beyond the outer knots at either end.
@@ -140,6 +151,7 @@ def sizes(case: Case) -> dict[str, float]:
         max(np.ptp(record.column("position_m")) for record in case.records)
     )
     of = {"force": machine_scale(case.rig).force_n, "sensor": travel, "delay": 1.0}
+    of |= {"mass": values[name] for name in MASSES if name in values}
     if case.rig.plant == "ehs":
         of |= {"flow_a": values["valve.rated_flow_m3_s"], "spool": 1.0}
         of["flow_b"] = of["flow_a"]
@@ -217,6 +229,7 @@ def forms_of(law: TableLaw) -> list[Form]:
 
 FRICTION = ("force", "velocity_m_s")
 SPRING = ("force", "position_m")
+MASS = ("mass", "position_m")
 # Constant terms that have a name.
 CONSTANTS = {"force": "a load force", "spool": "a null bias", "delay": "a transport delay"}
 
@@ -241,6 +254,8 @@ def _line_words(c: FloatArray, _: float, law: TableLaw) -> str:
         text += f", with {_term(c[0], law)} in the middle"
     if (law.adds_to, law.of) == SPRING and c[1] > 0.0:
         return f"{text}, as a load spring"
+    if (law.adds_to, law.of) == SPRING:
+        return f"{text}, as a load on a lever"
     if (law.adds_to, law.of) == FRICTION and c[1] > 0.0:
         return f"{text}, as viscous friction"
     return text
@@ -351,6 +366,8 @@ FITS = 0.05
 CLEARLY = 0.2
 # A form that leaves less than this share is taken, and none after it is tried.
 EXACT = 0.002
+# A mass that changes by less is called constant.
+LEAST_OF_LINKAGE = 0.05
 
 
 @dataclass(frozen=True)
@@ -361,8 +378,11 @@ class Description:
     form: tuple[float, ...] | None
 
 
-def describe(law: TableLaw, weights: Sequence[float]) -> Description:
-    """Describes the form of a law; weights: share of the samples at each knot."""
+def describe(law: TableLaw, weights: Sequence[float], mass_kg: float = 0.0) -> Description:
+    """Describes the form of a law; weights: share of the samples at each knot.
+
+    mass_kg: what moves with the rod without the law.
+    """
     x = np.array(law.knots, dtype=np.float64) * OF_VARIABLE[law.of][1]
     y = np.array(law.values, dtype=np.float64) * OF_TERM[law.adds_to][1]
     # No knot counts for nothing: the curve is there, too.
@@ -378,7 +398,24 @@ def describe(law: TableLaw, weights: Sequence[float]) -> Description:
             needed = CLEARLY * rest
         if found.form is not None and needed < CLEARLY * EXACT * square:
             break
+    if (law.adds_to, law.of) == MASS:
+        return Description(_mass_words(x, y + mass_kg), found.form)
     return found
+
+
+def _mass_words(x: FloatArray, mass: FloatArray) -> str:
+    """What the whole moving mass, kg, does over the position x, mm."""
+    at = sorted((int(np.argmin(mass)), int(np.argmax(mass))))
+    first, last = (mass[place] for place in at)
+    least, most = min(first, last), max(first, last)
+    if not least > 0.0:
+        return f"reaches from {plain_number(least, 3)} to {plain_number(most, 3)} kg"
+    if most < (1.0 + LEAST_OF_LINKAGE) * least:
+        return f"is nearly constant at {plain_number(float(np.mean(mass)), 3)} kg"
+    here, there = (f"{plain_number(mass[i], 3)} kg at {plain_number(x[i], 3)} mm" for i in at)
+    verb = "grows" if last > first else "falls"
+    by = plain_number(100.0 * abs(last / first - 1.0), 2)
+    return f"{verb} by {by} %, from {here} to {there}, as in a linkage"
 
 
 def sentence(laws: Sequence[MissingLaw]) -> str:
@@ -386,7 +423,12 @@ def sentence(laws: Sequence[MissingLaw]) -> str:
     terms = [table_words(found.law.adds_to, found.law.of) for found in laws]
     if len(terms) == 1:
         return f"The simulator lacks a term: {terms[0]}. It {laws[0].looks_like}."
-    return f"The simulator lacks {len(terms)} terms: {', and '.join(terms)}."
+    text = f"The simulator lacks {len(terms)} terms: {', and '.join(terms)}."
+    if {SPRING, MASS} <= {(found.law.adds_to, found.law.of) for found in laws}:
+        return (
+            f"{text} Both together are those of a linkage, such as a boom that the cylinder lifts."
+        )
+    return text
 
 
 def _fit(

@@ -67,6 +67,27 @@ def test_a_knot_where_the_record_hardly_was_does_not_hide_the_form() -> None:
     assert "Coulomb friction" in describe(law("force", "velocity_m_s", values), weights).words
 
 
+@pytest.mark.parametrize(
+    ("values", "words"),
+    [
+        (600.0 * (X + 0.3), "grows by 42 %, from 1000 kg at -300 mm to 1420 kg at 400 mm, as in a"),
+        (-600.0 * (X + 0.3), "falls by 42 %, from 1000 kg at -300 mm to 580 kg at 400 mm, as in a"),
+        (np.full(12, 30.0) + 10.0 * X, "is nearly constant at 1030 kg"),
+        (-2500.0 * (X + 0.3), "reaches from -750 to 1000 kg"),
+    ],
+)
+def test_a_mass_is_told_as_the_whole(values: npt.NDArray[np.float64], words: str) -> None:
+    told = describe(law("mass", "position_m", values), [1.0 / 12] * 12, 1000.0)
+    assert words in told.words
+
+
+def test_a_mass_and_a_force_over_the_position_are_a_linkage() -> None:
+    force = replace(missing_law(), of="position_m")
+    mass = replace(force, adds_to="mass")
+    assert "a linkage, such as a boom" in sentence([mass, force])
+    assert "linkage" not in sentence([force, missing_law()])
+
+
 def test_one_law_is_told_with_its_form_and_several_by_their_equations() -> None:
     found = missing_law()
     assert sentence([found]) == (

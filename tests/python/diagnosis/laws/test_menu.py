@@ -78,7 +78,7 @@ def test_a_law_adds_to_those_that_an_earlier_diagnosis_found() -> None:
     assert problem.cost(x) == pytest.approx(case.problem().cost(candidate.x), rel=1e-12)
 
 
-def test_an_axis_has_force_sensor_and_delay_only() -> None:
+def test_an_axis_has_force_mass_sensor_and_delay_only() -> None:
     values = {
         "axis.mass_kg": 95.0,
         "axis.viscous_friction_n_s_m": 200.0,
@@ -91,4 +91,4 @@ def test_an_axis_has_force_sensor_and_delay_only() -> None:
     columns = {name: run.column(name) for name in ("command_v", "position_m")}
     case = make_case(rig, [make_record({"time_s": run.time_s, **columns})])
     found = laws(case, nominal_candidate(case))
-    assert {law.adds_to for law in found} == {"force", "sensor", "delay"}
+    assert {law.adds_to for law in found} == {"force", "mass", "sensor", "delay"}

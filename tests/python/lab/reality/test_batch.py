@@ -32,7 +32,7 @@ SHORT: dict[str, Any] = {"seconds": 1.0}
 )
 def test_the_transfer_record_has_another_excitation(seed: int, grade: Any) -> None:
     case = make_case(seed, grade, "one", **SHORT)
-    kinds = EXCITATION_SETS["all"] if grade in ("wide", "abroad") else EXCITATIONS
+    kinds = EXCITATION_SETS["all"] if grade in ("wide", "abroad", "linkage") else EXCITATIONS
     assert case.answer["transfer_excitation"] in kinds
     assert case.answer["transfer_excitation"] not in case.answer["excitation"]
     assert list(case.transfer) == list(case.train)

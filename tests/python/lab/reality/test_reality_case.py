@@ -289,7 +289,7 @@ def test_a_batch_writes_answers_to_a_separate_file(tmp_path: Path) -> None:
 
 
 def test_mix_has_all_kinds_half_of_them_with_one_effect() -> None:
-    kinds = [draw_kind(seed) for seed in range(2000)]
+    kinds = [draw_kind(seed, "plain") for seed in range(2000)]
     # The standard error of a share of 0.5 of 2000 draws is 0.011; the tolerance is four of them.
     assert kinds.count("one") / 2000 == pytest.approx(0.5, abs=0.045)
     assert set(kinds) == set(KINDS)

@@ -23,6 +23,7 @@ from ehsid.lab.scoring.judging import (
 
 BAND, BIAS, DELAY = "valve_dead_band", "valve_null_bias", "transport_delay"
 COULOMB, STRIBECK = "coulomb_friction", "stribeck_friction"
+LINKAGE_LAWS = (("force", "position_m"), ("mass", "position_m"))
 TRUTHS = {
     "one": (BAND,),
     "two": (BAND, DELAY),
@@ -261,3 +262,36 @@ def test_what_is_exact_has_no_wrong_name_in_it(named: set[str], truth: set[str])
     assert exact <= all(is_true(one, truth) for one in named)
     assert exact <= (len(spelled_out([*named])) == len(spelled_out([*truth])))
     assert is_exactly(truth, truth)
+
+
+@pytest.mark.parametrize(
+    ("truth", "verdict", "named", "laws", "outcome", "law", "beside"),
+    [
+        ((), "outside_catalogue", (), LINKAGE_LAWS, "right", True, True),
+        ((), "outside_catalogue", ("load_spring",), (), "right", None, True),
+        ((), "outside_catalogue", (BAND,), (("flow_a", "spool"),), "right", False, False),
+        ((), "effects", ("load_force",), (), "incomplete", None, True),
+        ((), "effects", (DELAY,), (), "wrong name", None, False),
+        ((), "parameters", (), (), "missed", None, True),
+        ((BAND,), "outside_catalogue", (BAND,), LINKAGE_LAWS[1:], "right", True, True),
+        ((BAND,), "outside_catalogue", (), LINKAGE_LAWS, "right", True, False),
+        ((BAND,), "effects", (BAND, "load_spring"), (), "incomplete", None, True),
+        ((BAND,), "ambiguous", (BAND,), (), "incomplete", None, True),
+        ((BAND,), "ambiguous", (DELAY,), (), "set without the truth", None, False),
+    ],
+)
+def test_a_linkage_with_what_is_beside_it(
+    truth: tuple[str, ...],
+    verdict: str,
+    named: tuple[str, ...],
+    laws: tuple[tuple[str, str], ...],
+    outcome: str,
+    law: bool | None,
+    beside: bool,
+) -> None:
+    told = replace(answer("open", *truth, "linkage"), laws=LINKAGE_LAWS)
+    found = replace(findings(verdict, *named), laws=laws)
+    judged = judge(told, found)
+    assert (judged.outcome, judged.law, judged.beside) == (outcome, law, beside)
+    assert judged.recognised == (verdict == "outside_catalogue")
+    assert judged.wrong_name == (outcome == "wrong name")
