@@ -151,7 +151,7 @@ def sizes(case: Case) -> dict[str, float]:
         max(np.ptp(record.column("position_m")) for record in case.records)
     )
     of = {"force": machine_scale(case.rig).force_n, "sensor": travel, "delay": 1.0}
-    of |= {"mass": values[name] for name in MASSES if name in values}
+    of["mass"] = sum(values.get(name, 0.0) for name in MASSES) or math.nan
     if case.rig.plant == "ehs":
         of |= {"flow_a": values["valve.rated_flow_m3_s"], "spool": 1.0}
         of["flow_b"] = of["flow_a"]
