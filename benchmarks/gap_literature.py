@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: MIT
 """Our figures beside those of the literature: python benchmarks/gap_literature.py ROW FOLDER
 
-ROW is `valve`, `faults`, `leak` or `competition`; docs/gap/literature.md says with which published
-figure each of them is compared. The rigs of the publications are not known to us in full: all rows
+ROW is `valve`, `faults`, `names`, `leak` or `competition`; docs/gap/literature.md says with which
+published figure it is compared. The rigs of the publications are not known to us in full: all rows
 are on one small laboratory cylinder. Its records are made by the independent generator
 (`ehsid.lab.reality`), which shares nothing with the simulator, or where a row says so by the
 simulator itself. FOLDER keeps each finished machine, so that an interrupted run goes on where it
@@ -217,7 +217,7 @@ def three(seed: int) -> Effects:
 
 
 def faults(folder: Path, seed: int) -> dict[str, Any]:
-    """Relative errors of the four sizes with the names given, and what is named without them."""
+    """Relative errors of the four sizes, with the names given."""
     effects = three(seed)
     record = record_of(machine_of(seed, effects), seed)
     values = fitted(record, tuple(effects))
@@ -226,9 +226,21 @@ def faults(folder: Path, seed: int) -> dict[str, Any]:
         for effect, sizes in effects.items()
         for name, size in sizes.items()
     }
-    found = diagnose([record], rig())
-    named = [list(each) for each in found.ambiguity_set]
-    return {"errors": errors, "verdict": found.verdict, "sets": named, "seconds": found.seconds}
+    return {"errors": errors}
+
+
+def names(folder: Path, seed: int) -> dict[str, Any]:
+    """What is answered on the same machines without the names."""
+    return answered(seed, three(seed))
+
+
+def answered(seed: int, effects: Effects) -> dict[str, Any]:
+    """Verdict and sets of a diagnosis, and the internal leakage that could have been seen."""
+    record = record_of(machine_of(seed, effects), seed)
+    found = diagnose([record], rig(), options=DiagnosisOptions((), "screened"))
+    size = next((one.size for one in found.could_be_seen if one.id == "internal_leakage"), None)
+    sets = [list(each) for each in found.ambiguity_set]
+    return {"verdict": found.verdict, "sets": sets, "size": size}
 
 
 # --- The smallest leak ---------------------------------------------------------------------------
@@ -242,15 +254,8 @@ def leak(folder: Path, seed: int) -> dict[str, Any]:
     for litres in LEAKS:
         coefficient = litres * LITRES_MIN / SUPPLY_PA
         effects = {"internal_leakage": {"coefficient_m3_s_pa": coefficient}} if litres else {}
-
-        def answered(effects: Effects = effects) -> dict[str, Any]:
-            record = record_of(machine_of(seed, effects), seed)
-            found = diagnose([record], rig(), options=DiagnosisOptions((), "screened"))
-            size = next((o.size for o in found.could_be_seen if o.id == "internal_leakage"), None)
-            sets = [list(each) for each in found.ambiguity_set]
-            return {"verdict": found.verdict, "sets": sets, "size": size}
-
-        rows[f"{litres:g}"] = kept(folder / f"leak-{seed}-{litres:g}.json", answered)
+        made = partial(answered, seed, effects)
+        rows[f"{litres:g}"] = kept(folder / f"leak-{seed}-{litres:g}.json", made)
     # The deviation of the leak if the simulator were exact: by the noise alone, and with what the
     # likelihood tolerates besides.
     case = make_case(rig(), [record_of(machine_of(seed, {}), seed)])
@@ -297,7 +302,7 @@ def competition(folder: Path) -> dict[str, list[float]]:
 
 # --- Tables and picture --------------------------------------------------------------------------
 
-ROWS = {"valve": valve, "faults": faults, "leak": leak}
+ROWS = {"valve": valve, "faults": faults, "names": names, "leak": leak}
 LEAK = {"internal_leakage"}
 
 
@@ -314,16 +319,14 @@ def words(row: str, found: Sequence[Mapping[str, Any]]) -> list[str]:
         kinds = ("generator", "exact")
         return [f"{k}: RMSE {spread([100 * one[k] for one in found], '%')}" for k in kinds]
     if row == "faults":
-        lines = [
+        return [
             f"{name}: error {spread([100 * abs(one['errors'][name]) for one in found], '%')}, "
             f"mean {np.mean([100 * abs(one['errors'][name]) for one in found]):.2g} %"
             for name in found[0]["errors"]
         ]
+    if row == "names":
         sets = Counter(" / ".join("+".join(sorted(s)) for s in one["sets"]) for one in found)
-        return [
-            *lines,
-            *(f"named {count} times: {name or 'nothing'}" for name, count in sets.items()),
-        ]
+        return [f"{count} times: {name or 'nothing'}" for name, count in sets.items()]
     lines = []
     for litres in LEAKS:
         rows = [one["rows"][f"{litres:g}"] for one in found]
@@ -368,7 +371,7 @@ def picture(folder: Path, seeds: int) -> Figure:
         np.mean([named(one["rows"][f"{litres:g}"]) for one in read["leak"]]) for litres in LEAKS[1:]
     ]
     right.semilogx(LEAKS[1:], 100 * np.array(shares), "o-", color="#0072b2", label="ours, named")
-    right.plot([0.6], [100], "s", color="black", label="Mahulkar 2011, identified")
+    right.axvline(0.6, color="black", ls="--", label="Mahulkar 2011, smallest")
     right.plot([0.0042], [85], "^", color="black", label="Thakur, detected")
     right.set_xlabel("internal leakage in l/min")
     right.set_ylabel("share of the machines in %")
