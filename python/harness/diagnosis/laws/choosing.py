@@ -26,8 +26,9 @@ from ..search.gap_reduction import WindowSums, mean_gap
 from ..search.intervals import LEVEL, candidate_covariance, matters
 from ..search.score import left
 from ..search.search import restrict
-from .fitting import LONG, with_one_law
-from .forms import MASSES, MENU, describe, visited
+from .fitting import LONG, with_law, with_one_law
+from .forms import MASS, MASSES, MENU, SPRING, describe, visited
+from .forms import laws as laws_of_menu
 
 MOST_LAWS = 2
 # Prior cost of a law, nats: that of two effects, for its form is free, and of the choice among the
@@ -41,6 +42,8 @@ LEAST_GAIN = LAW / EVIDENCE
 LEAST_OF_FIRST = 0.3
 # And it must remove this share of the gap: a law that removes nothing is not told.
 LEAST_OF_GAP = 0.01
+# Effects of the catalogue that are a force over the position and nothing else.
+SPRINGS = ("load_spring", "contact_spring")
 # Other laws count as rivals where what they leave is no more than this above the best.
 RIVAL = EFFECT / EVIDENCE
 # The ends of a band lie further out than the fit says by this share of the rms of the law: then it
@@ -100,6 +103,8 @@ def missing_laws(
     chain = chain.longer(last) if chain.rivals else chain
     if not chain.rivals:
         return None
+    origin = chain.steps[0]
+    chain = _springs_taken_in(fine, chain)
     candidate = _without_needless(fine, chain.last)
     held = {
         name: value
@@ -146,7 +151,7 @@ def missing_laws(
     hypotheses = [(candidate.effects, evidence)] + [
         (start.effects, evidence - EVIDENCE * (cost - min(costs)))
         for start, cost in zip(starts, costs, strict=True)
-        if start is not chain.steps[0] and set(start.effects) != set(candidate.effects)
+        if start is not origin and set(start.effects) != set(candidate.effects)
     ]
     return LawsFound(candidate, tuple(laws), tuple(forms), shares[0], tuple(hypotheses), held)
 
@@ -188,6 +193,38 @@ class _Chain:
         return _Chain(self.case, (*self.steps, found[0].candidate), (*self.rivals, rivals))
 
 
+def _springs_taken_in(case: Case, chain: _Chain) -> _Chain:
+    """Replaces springs that are named beside a law over the position by a force over it.
+
+    Such a law can have any spring in it, so that the spring says nothing of its own: a workpiece is
+    not a spring and a law that corrects it. And a mass over the position is that of a linkage,
+    which has a force over the position, too; a spring is only what this resembles. The replacement
+    is taken where it leaves hardly more.
+    """
+    last = chain.last
+    remaining = tuple(each for each in last.effects if each not in SPRINGS)
+    over_position = [law.adds_to for law in last.laws if (law.adds_to, law.of) in (SPRING, MASS)]
+    if len(remaining) == len(last.effects) or not over_position:
+        return chain
+    start = _fitted(case, restrict(case, chain.steps[0], remaining), remaining, ())
+    without = _fitted(case, restrict(case, last, remaining), remaining, last.laws)
+    steps, rivals = (start, *chain.steps[1:-1], without), chain.rivals
+    if "force" not in over_position:
+        if len(last.laws) == MOST_LAWS:
+            return chain
+        force = next(law for law in laws_of_menu(case, without) if (law.adds_to, law.of) == SPRING)
+        steps, rivals = (*steps, with_law(case, without, force)), (*rivals, ())
+    if left(case, steps[-1]) > left(case, last) + RIVAL:
+        return chain
+    return _Chain(case, steps, rivals)
+
+
+def _fitted(
+    case: Case, x: FloatArray, effects: tuple[str, ...], laws: tuple[Law, ...]
+) -> FittedCandidate:
+    return evaluate(case, effects, fit(case.problem(effects, laws=laws), x, iterations=LONG), laws)
+
+
 def _penalised(case: Case, candidate: FittedCandidate) -> float:
     laws = law_count([each for each in candidate.effects if not _is_part(each, candidate.laws)])
     return left(case, candidate) + laws * EFFECT / EVIDENCE + len(candidate.laws) * LEAST_GAIN
@@ -211,8 +248,7 @@ def _without_needless(case: Case, candidate: FittedCandidate) -> FittedCandidate
             continue
         remaining = tuple(each for each in candidate.effects if each != effect)
         start = restrict(case, candidate, remaining)
-        problem = case.problem(remaining, laws=candidate.laws)
-        smaller = evaluate(case, remaining, fit(problem, start, iterations=LONG), candidate.laws)
+        smaller = _fitted(case, start, remaining, candidate.laws)
         # `_penalised` leaves out the cost of a part.
         cost = EFFECT / EVIDENCE if is_part else 0.0
         if _penalised(case, smaller) <= _penalised(case, candidate) + cost:

@@ -73,6 +73,12 @@ def with_one_law(
     return sorted((FittedLaw(each, left(fine, each)) for each in fitted), key=lambda e: e.left)
 
 
+def with_law(case: Case, candidate: FittedCandidate, law: Law) -> FittedCandidate:
+    """The long fit of a candidate with this law more."""
+    shared = case.problem(candidate.effects, laws=candidate.laws).linear(candidate.x)
+    return _long(case, _short(case, candidate, law, shared))
+
+
 def _short(case: Case, candidate: FittedCandidate, law: Law, shared: Linear) -> FittedCandidate:
     """A few steps from the candidate with the law at zero."""
     laws = (*candidate.laws, law)

@@ -334,6 +334,11 @@ def _bend(x: FloatArray, at: float) -> list[FloatArray]:
 
 
 def _bend_words(c: FloatArray, at: float, law: TableLaw) -> str:
+    if (law.adds_to, law.of) == SPRING and c[2] > TOUCHES * abs(c[1]):
+        return (
+            f"{_slope(c[2], law)} beyond {plain_number(at, 3)} {OF_VARIABLE[law.of][0]} and is "
+            "nearly level before, as of something that the rod touches there"
+        )
     return (
         f"{_slope(c[1], law)} up to {plain_number(at, 3)} {OF_VARIABLE[law.of][0]}, "
         f"then {_slope(c[2], law)}; "
@@ -366,6 +371,8 @@ FITS = 0.05
 CLEARLY = 0.2
 # A form that leaves less than this share is taken, and none after it is tried.
 EXACT = 0.002
+# Beyond a touch the force rises by this many times what it does before.
+TOUCHES = 10.0
 # A mass that changes by less is called constant.
 LEAST_OF_LINKAGE = 0.05
 

@@ -22,6 +22,10 @@ def law(adds_to: str, of: str, values: npt.NDArray[np.float64]) -> TableLaw:
 CASES = {
     "a load force": (law("force", "time_s", np.full(12, 1200.0)), "constant at 1200 N"),
     "a load spring": (law("force", "position_m", 7000.0 * X - 350.0), "rises 7 N per mm, as"),
+    "as of something that the rod touches": (
+        law("force", "position_m", 26e3 * np.maximum(X - 0.086, 0.0) + 50.0),
+        "rises 25.7 N per mm beyond 8",
+    ),
     "viscous friction": (law("force", "velocity_m_s", 2000.0 * X), "rises 2 N per mm/s"),
     "Coulomb friction of 500 N": (law("force", "velocity_m_s", 500.0 * np.sign(X)), "by 1000 N"),
     "Stribeck friction": (

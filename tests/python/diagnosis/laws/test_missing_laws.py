@@ -133,3 +133,40 @@ def test_a_law_that_gains_less_than_it_costs_is_not_shown() -> None:
     assert 0.0 < gain < LEAST_GAIN
     assert mean_gap(best.candidate.sums) < mean_gap(calibrated.sums)
     assert missing_laws(case, calibrated, calibrated) is None
+
+
+SLOW_V = 4.0
+PLACES = np.linspace(0.05, 0.25, 21)
+# A linkage: over what is visited, 0.12 to 0.22 m, the mass grows by half, the force by 1.2 kN.
+AWAY = PLACES - 0.15
+HEAVIER = RIG.values["load.mass_kg"] * (5.0 * AWAY + 24.0 * AWAY**2)
+LIFT = 1e4 * (PLACES - 0.05) + 6e4 * AWAY**2
+GROWING = TableLaw("mass", "position_m", tuple(PLACES.tolist()), tuple(HEAVIER.tolist()))
+LIFTED = TableLaw("force", "position_m", tuple(PLACES.tolist()), tuple(LIFT.tolist()))
+
+
+def test_a_spring_beside_a_mass_over_the_position_is_taken_in() -> None:
+    def linkage(seed: int) -> Record:
+        rng = np.random.default_rng(seed)
+        command = command_of(6.0, DT_S, rng)
+        # Over most of the stroke and back.
+        command += SLOW_V * np.cos(np.pi * DT_S * np.arange(command.size))
+        rig = replace(RIG, tables={"mass": GROWING, "force": LIFTED})
+        noise = draw_noise(rig, command.size, rng)
+        run = simulate(rig, command, dt_s=DT_S, values=OFF, substeps=SUBSTEPS, noise=noise).record
+        columns = {name: run.column(name) for name in ("command_v", *PRESSURES)}
+        return make_record({"time_s": run.time_s, **columns})
+
+    case = make_case(RIG, [linkage(1)], [linkage(2)])
+    _, found = laws_beside(case, "load_spring")
+    assert found.candidate.effects == ()
+    laws = {(law.law.adds_to, law.law.of): law for law in found.laws}
+    assert set(laws) == {("mass", "position_m"), ("force", "position_m")}
+    mass = laws["mass", "position_m"]
+    assert "as in a linkage" in mass.looks_like
+    low, high = np.array(mass.band).T
+    true = np.interp(mass.law.knots, GROWING.knots, GROWING.values)
+    # The mass of the rig file may have a part of it.
+    moved = found.candidate.values["load.mass_kg"] - RIG.values["load.mass_kg"]
+    inside = (low <= true - moved) & (true - moved <= high)
+    assert np.array(mass.visited)[inside].sum() >= 0.8
