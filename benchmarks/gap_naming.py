@@ -357,7 +357,7 @@ def table(pairs: Sequence[Sequence[Mapping[str, Any]]]) -> str:
     lines = ["| D, nats | bound | " + " | ".join(mean) + " |", "|---" * (2 + len(mean)) + "|"]
     for place, distance in enumerate(DISTANCES):
         row = [float(bound(distance)), *(float(each[place]) for each in mean.values())]
-        lines.append(f"| {distance:g} | " + " | ".join(f"{100 * x:.2g}" for x in row) + " |")
+        lines.append(f"| {distance:g} | " + " | ".join(f"{100 * x:.1f}" for x in row) + " |")
     return "\n".join(lines)
 
 
