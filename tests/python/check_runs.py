@@ -15,7 +15,7 @@ from made_diagnoses import VERDICTS, made_diagnosis
 from ehsid.harness.diagnosis.result import Diagnosis
 from ehsid.lab.blind.making import Seal, Settings, make_check
 
-TINY = Settings(seed=7, count=6, seconds=2.0)  # one case of each grade
+TINY = Settings(seed=7, count=8, seconds=2.0)  # one case of each grade
 
 
 def tiny_check(out: Path, settings: Settings = TINY) -> Seal:

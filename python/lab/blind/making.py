@@ -20,7 +20,7 @@ from ehsid.harness.base.files import result_folder, write_text
 from ehsid.harness.base.parallel import Progress, run_tasks
 
 SENSORS = ("position", "pressures", "pressures+supply", "pressures+supply+spool")
-GRADES = ("plain", "hard", "confusable", "slow", "wide", "abroad", "linkage")
+GRADES = ("plain", "hard", "confusable", "slow", "wide", "abroad", "linkage", "field")
 # Sets of excitations of the grade `wide`. Constants that are fitted on one set can be judged on the
 # other.
 EXCITATIONS = ("all", "training", "validation")

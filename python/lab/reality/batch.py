@@ -58,6 +58,7 @@ def write_case(case: RealityCase, folder: str | os.PathLike[str]) -> None:
         write_text(target / name, text)
 
 
+FEW_S = 5e-3  # from this sampling time on a record of the grade "field" is long
 SHARES = {"one": 0.5, "two": 0.15, "none": 0.1, "params": 0.1, "open": 0.15}
 
 
@@ -86,10 +87,13 @@ def draw_sensors(seed: int, grade: Grade) -> Sensors:
 def draw_seconds(seed: int, grade: Grade) -> float:
     """Draws the length of the records of a case, independently of its effect.
 
-    8 to 20 s; 30 to 60 s for slow records and those from abroad, which have fewer samples a second;
-    15 to 30 s for linkages, which take seconds for a stroke.
+    8 to 20 s; 30 to 60 s for slow records, those from abroad, and those of the grade "field" with a
+    sample every 5 ms or fewer: they have fewer samples a second; 15 to 30 s for linkages, which
+    take seconds for a stroke.
     """
     longer = {"slow": (30.0, 60.0), "abroad": (30.0, 60.0), "linkage": (15.0, 30.0)}
+    if draw_sampling_time(seed, grade) >= FEW_S:
+        longer["field"] = (30.0, 60.0)
     ends = longer.get(grade, (8.0, 20.0))
     return round(float(np.random.default_rng((seed, 9)).uniform(*ends)), 1)
 
@@ -97,19 +101,26 @@ def draw_seconds(seed: int, grade: Grade) -> float:
 def draw_sampling_time(seed: int, grade: Grade) -> float:
     """Draws the sampling time, s: 20 or 50 ms for slow records, 1 ms for plain and hard ones.
 
-    Wide records have 0.5, 1, 2 or 4 ms, those from abroad 5, 10, 20 or 50 ms, linkages 1, 2 or 4.
+    Wide records have 0.5, 1, 2 or 4 ms, those from abroad 5, 10, 20 or 50 ms, linkages 1, 2 or 4,
+    those of the grade "field" any of all these, or 100 ms.
     """
     choice = {
         "slow": (0.02, 0.05),
         "wide": (5e-4, 1e-3, 2e-3, 4e-3),
         "abroad": (5e-3, 1e-2, 2e-2, 5e-2),
         "linkage": (1e-3, 2e-3, 4e-3),
+        "field": (5e-4, 1e-3, 2e-3, 4e-3, 5e-3, 1e-2, 2e-2, 5e-2, 0.1),
     }.get(grade, (1e-3,))
     return choice[int(np.random.default_rng((seed, 10)).integers(len(choice)))]
 
 
 def draw_logged_every(seed: int, grade: Grade) -> int:
-    """Draws how many samples of the controller one of the log takes: 2 in half of those abroad."""
+    """Draws how many samples of the controller one of the log takes.
+
+    2 in half of the logs from abroad; of slow ones of the grade "field" 2 or 5 in a quarter each.
+    """
+    if grade == "field" and draw_sampling_time(seed, grade) >= FEW_S:
+        return (1, 1, 2, 5)[int(np.random.default_rng((seed, 11)).integers(4))]
     return 1 + int(grade == "abroad" and np.random.default_rng((seed, 11)).integers(2))
 
 

@@ -10,11 +10,12 @@ from types import MappingProxyType
 from typing import Any, Literal, NamedTuple
 
 import numpy as np
+from scipy.interpolate import CubicSpline
 
 from ehsid.harness.base.numbers import FloatArray
 
 from . import machine as equations
-from .effects import ADDED_EFFECTS, CATALOGUE, EXCLUSIVE_PAIRS, Effect, Sizes, sized
+from .effects import ADDED_EFFECTS, CATALOGUE, EXCLUSIVE_PAIRS, Effect, Sizes, excludes, sized
 from .excitation import (
     EXCITATION_SETS,
     EXCITATIONS,
@@ -30,7 +31,9 @@ from .linkage import EFFECT as BOOM
 from .linkage import LAWS, LINKAGE, LOADS, draw_linkage_rig, over_the_stroke, with_told_load
 from .noise import Noise, draw_logger, draw_noise, usual_logger
 from .nominal_rig import (
+    FIELD_RANGE,
     LAG,
+    USUAL,
     NominalRig,
     PlantKind,
     draw_nominal_rig,
@@ -40,8 +43,18 @@ from .nominal_rig import (
 )
 from .pressure_sensors import pressure_reading
 from .truth import Truth
-from .unnamed import OUTSIDE, UNNAMED, Faults, faults
-from .variants import Grade, Variants, build, draw_structure, draw_variants, families, with_variants
+from .unnamed import FIELD, OUTSIDE, UNNAMED, Faults, faults
+from .variants import (
+    WIDE,
+    Grade,
+    Variants,
+    build,
+    draw_field_variants,
+    draw_structure,
+    draw_variants,
+    families,
+    with_variants,
+)
 
 Kind = Literal["one", "two", "none", "params", "open"]
 Sensors = Literal["position", "pressures", "pressures+supply", "pressures+supply+spool"]
@@ -139,8 +152,8 @@ def make_case(
     A machine of the grade "linkage" is a wide one whose cylinder turns a boom. Its kind tells the
     effects beside the linkage; that of its answer is "open".
     """
-    linkage = grade == "linkage"
-    wide = linkage or grade in ("wide", "abroad")
+    linkage, field = grade == "linkage", grade == "field"
+    wide = grade in WIDE
     if wide and plant != "ehs":
         raise ValueError(f"grade '{grade}' has hydraulic servos only; leave out --plant")
     log_s, dt_s = dt_s, dt_s / logged_every
@@ -151,10 +164,12 @@ def make_case(
     severity_rng, variant_rng, logger_rng, excitation_rng = streams[7:]
     if linkage:
         rig = draw_linkage_rig(rig_rng)
+    elif wide:
+        rig = draw_wide_rig(rig_rng, FIELD_RANGE if field else USUAL)
     else:
-        rig = draw_wide_rig(rig_rng) if wide else draw_nominal_rig(rig_rng, plant)
+        rig = draw_nominal_rig(rig_rng, plant)
     name = f"{int(rig_rng.integers(2**32)):08x}"
-    sizes_by_effect = _sizes(effect_rng, rig, kind, effects, linkage)
+    sizes_by_effect = _sizes(effect_rng, rig, kind, effects, grade, sensors)
     if "valve_lag" in sizes_by_effect:  # a lag that the rig file states would be no gap
         rig = replace(rig, values={k: v for k, v in rig.values.items() if k not in LAG})
     accuracy: Literal["exact", "within", "moved"] = "within"
@@ -175,6 +190,9 @@ def make_case(
     if severity >= 0.5:  # its saturation differs from the tanh by at most 2.2 % of the limit
         machine = machine._replace(limit_power=2.7)
     variants = draw_variants(variant_rng) if wide else Variants()
+    if field:
+        field_rng = np.random.default_rng(np.random.SeedSequence(seed).spawn(13)[12])
+        variants = draw_field_variants(field_rng, variants)
     healthy = with_variants(machine, variants, ())
     sound = machine
 
@@ -292,7 +310,7 @@ class Draws(NamedTuple):
 
 def _definition(effect: str) -> Effect:
     unnamed = {name: law.effect for name, law in UNNAMED.items()}
-    known = {**CATALOGUE, **ADDED_EFFECTS, **OUTSIDE, **unnamed, LINKAGE: BOOM}
+    known = {**CATALOGUE, **ADDED_EFFECTS, **OUTSIDE, **FIELD, **unnamed, LINKAGE: BOOM}
     if effect not in known:
         raise ValueError(f"effect '{effect}' is not known; there are {', '.join(known)}")
     return known[effect]
@@ -303,19 +321,29 @@ def _sizes(
     rig: NominalRig,
     kind: Kind,
     requested: Sequence[str] | Mapping[str, Sizes] | None,
-    linkage: bool,
+    grade: Grade,
+    sensors: Sensors,
 ) -> dict[str, Sizes]:
     """Returns the sizes of the wanted or drawn effects, by id and parameter.
 
-    Those beside a linkage are of the catalogue, and no load, which its weight is already.
+    Those beside a linkage are of the catalogue, and no load, which its weight is already. A machine
+    of the grade "field" may have more causes, as far as its sensors are there.
     """
+    linkage, field = grade == "linkage", grade == "field"
     count = {"one": 1, "two": 2, "none": 0, "params": 0, "open": 0 if linkage else 1}[kind]
     pool = OUTSIDE if kind == "open" else CATALOGUE
+    if field:
+        pool = {**OUTSIDE, **FIELD} if kind == "open" else {**CATALOGUE, **ADDED_EFFECTS}
+        if sensors == "position":  # what is wrong with a transducer that is not there does not show
+            pool = {name: pool[name] for name in pool if not name.startswith("pressure_sensor")}
     names = [name for name, definition in pool.items() if definition.axis or rig.plant == "ehs"]
     if linkage:
         names = [name for name in names if name not in LOADS]
-    drawn = [str(name) for name in rng.permutation(names)[:count]]
-    if frozenset(drawn) in EXCLUSIVE_PAIRS:
+    order = [str(name) for name in rng.permutation(names)]
+    drawn = order[:count]
+    if field and count == 2:
+        drawn[1] = next(name for name in order[1:] if not excludes(drawn[0], name))
+    elif frozenset(drawn) in EXCLUSIVE_PAIRS:
         drawn[1] = "transport_delay"
     chosen = list(requested) if requested is not None else drawn
     if len(chosen) != count:
@@ -350,6 +378,8 @@ def _record(
 ) -> dict[str, FloatArray]:
     sent, out = _run(machine, task, noise, record_faults, dt_s)
     first = round(BEFORE_S / dt_s)
+    if record_faults.clock_rate != 0.0:
+        sent, out = _by_other_clock(sent, out, first, machine.sensor_step_m, record_faults)
     rated = rig.values.get("valve.rated_command_v", 10.0)
     record: dict[str, FloatArray] = {
         "time_s": np.asarray(dt_s * np.arange(sent.size - first)),
@@ -367,11 +397,24 @@ def _record(
             shown = out[:, column]
             if column in SIDES:
                 shown = pressure_reading(shown, SIDES[column], machine, dt_s)
-            noisy = shown[first:] + noise.pressures_pa[name][first:]
+            noisy = shown[first:] + noise.pressures_pa[name][first : sent.size]
             record[name] = noise.pressure_step_pa * np.rint(noisy / noise.pressure_step_pa)
     if "spool" in COLUMNS[sensors]:
-        record["spool"] = out[first:, equations.OUT_X] + noise.spool[first:]
+        record["spool"] = out[first:, equations.OUT_X] + noise.spool[first : sent.size]
     return record
+
+
+def _by_other_clock(
+    sent: FloatArray, out: FloatArray, first: int, step_m: float, record_faults: Faults
+) -> tuple[FloatArray, FloatArray]:
+    """Returns commands (m,) and outputs (m, 6) whose clocks agree at the sample `first`.
+
+    Splines give the outputs between the samples; the record ends where there are no more of them.
+    """
+    at = first + np.arange(sent.size - first) * (1.0 + record_faults.clock_rate)
+    shown = CubicSpline(np.arange(sent.size), out)(at[at <= sent.size - 1.0])
+    shown[:, equations.OUT_Y] = step_m * np.rint(shown[:, equations.OUT_Y] / step_m)
+    return sent[: first + shown.shape[0]], np.concatenate([out[:first], shown])
 
 
 def _run(
@@ -406,7 +449,7 @@ def _run(
 
 
 def start_state(machine: Truth, position: float) -> FloatArray:
-    """State (16,) at rest: the valve is closed, and the chamber pressures balance the load."""
+    """State (19,) at rest: the valve is closed, and the chamber pressures balance the load."""
     s = np.zeros(equations.STATES)
     s[equations.Y] = s[equations.Y_2] = s[equations.M] = position
     weight = 0.0
@@ -421,9 +464,16 @@ def start_state(machine: Truth, position: float) -> FloatArray:
     low = 0.5 * machine.source_pa * machine.area_a_m2 / (machine.area_a_m2 + machine.area_b_m2)
     p_b = max(low, 5e5 - load / machine.area_b_m2)
     p_a = atmosphere + (machine.area_b_m2 * (p_b - atmosphere) + load) / machine.area_a_m2
-    for state, p in ((equations.C_A, p_a), (equations.C_B, p_b)):
+    for state, gas, p in (
+        (equations.C_A, equations.G_A, max(p_a, 1e5)),
+        (equations.C_B, equations.G_B, max(p_b, 1e5)),
+    ):
+        s[gas] = equations.free_gas(p, machine)
         s[state] = equations.compression(
-            max(p, 1e5), machine.bulk_slope, machine.bulk_modulus_0_pa, machine.gas_fraction
+            p,
+            machine.bulk_slope,
+            machine.bulk_modulus_0_pa,
+            machine.gas_fraction + s[gas],
         )
     if machine.counterbalance_pa > 0.0:
         s[equations.L_A] = equations.lift(p_a, p_b, machine)

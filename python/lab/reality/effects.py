@@ -248,6 +248,21 @@ EXCLUSIVE_PAIRS = (
     frozenset({"load_spring", "load_force"}),
 )
 
+# The same for all effects of a kind; of each at most one is drawn where effects are drawn of both
+# catalogues.
+OF_ONE_KIND = (
+    frozenset(
+        {"coulomb_friction", "stribeck_friction", "coulomb_friction_sides", "position_friction"}
+    ),
+    frozenset({"load_spring", "load_force", "contact_spring"}),
+    frozenset({"valve_dead_band", "valve_dead_band_sides"}),
+)
+
+
+def excludes(one: str, other: str) -> bool:
+    """Whether two effects are of one kind, so that a machine does not get both."""
+    return any({one, other} <= kind for kind in OF_ONE_KIND)
+
 
 BAR_PA = 1e5
 

@@ -50,10 +50,12 @@ def compiled(function: F) -> F:
 # States: spool position and its rate, compression of the oil on both sides, accumulator pressure,
 # position, speed, deflection of the bristles, output of a lagging position sensor, position and
 # speed of a second mass, output of the valve's amplifier, lifts of the counterbalance valves, angle
-# of a boom in the triangle of its pivots, and its rate. With a boom, position and speed of the rod
-# only follow its angle.
-X, X_RATE, C_A, C_B, P_S, Y, V, Z, M, Y_2, V_2, DRIVE, L_A, L_B, ANGLE, TURN = range(16)
-STATES = 16
+# of a boom in the triangle of its pivots, and its rate, friction of the spool as a share of its
+# largest, free gas that may dissolve on both sides. With a boom, position and speed of the rod only
+# follow its angle.
+X, X_RATE, C_A, C_B, P_S, Y, V, Z, M, Y_2, V_2, DRIVE, L_A, L_B = range(14)
+ANGLE, TURN, X_F, G_A, G_B = range(14, 19)
+STATES = 19
 # Outputs at the samples: position as read, pressures A, B and supply, spool position, speed.
 OUT_Y, OUT_P_A, OUT_P_B, OUT_P_S, OUT_X, OUT_V = range(6)
 OUTPUTS = 6
@@ -62,6 +64,9 @@ ATMOSPHERE_PA = 101325.0
 POLYTROPIC = 1.3
 ACCUMULATOR_POLYTROPIC = 1.2
 LIFTING_S = 0.008  # time constant of a counterbalance valve
+# Relative change of the oil's properties with each kelvin. Viscosity: Walther's law between 46 and
+# 6.8 mm^2/s at 40 and 100 C has 4 % from 40 to 60 C. Bulk modulus and density are assumptions.
+VISCOSITY_1_K, BULK_1_K, DENSITY_1_K = -0.04, -0.005, -0.0007
 STOP_RAD_S = 1500.0  # sqrt(stiffness / mass) at the end stops
 # The number of integration steps is chosen anew at least this often, s: within a sampling time of
 # 50 ms, a rod that starts at rest reaches speeds at which its bristles need far shorter steps.
@@ -314,11 +319,37 @@ def warming_share(time: float, t: Truth) -> float:
 @compiled
 def chamber_pressures(time: float, s: FloatArray, t: Truth) -> tuple[float, float]:
     """Pressures of the chambers A and B, Pa."""
-    bulk = t.bulk_modulus_0_pa * (1.0 + t.warming_bulk * warming_share(time, t))
+    warming = warming_share(time, t)
+    bulk = t.bulk_modulus_0_pa * (1.0 + t.warming_bulk * warming)
+    bulk *= 1.0 + BULK_1_K * t.heating_k * warming
+    gas_a, gas_b = t.gas_fraction + s[G_A], t.gas_fraction + s[G_B]
+    balance_a, balance_b = t.balance_pa, t.balance_pa
+    if t.dissolving_gas > 0.0:
+        balance_a, balance_b = balance_of(gas_a, bulk), balance_of(gas_b, bulk)
     return (
-        pressure(s[C_A], t.bulk_slope, bulk, t.gas_fraction, t.balance_pa),
-        pressure(s[C_B], t.bulk_slope, bulk, t.gas_fraction, t.balance_pa),
+        pressure(s[C_A], t.bulk_slope, bulk, gas_a, balance_a),
+        pressure(s[C_B], t.bulk_slope, bulk, gas_b, balance_b),
     )
+
+
+@compiled
+def balance_of(gas: float, bulk_0: float) -> float:
+    """Pressure, Pa, just below the root of `compression`, where p / B = alpha (p0 / p)^(1/1.3)."""
+    power = 1.0 / POLYTROPIC
+    return math.pow(gas * bulk_0 * math.pow(ATMOSPHERE_PA, power), 1.0 / (1.0 + power))
+
+
+@compiled
+def free_gas(p: float, t: Truth) -> float:
+    """Fraction of gas that is free in the end at the pressure p, Pa, of what may dissolve."""
+    return t.dissolving_gas * max(1.0 - p / t.all_dissolved_pa, 0.0)
+
+
+@compiled
+def gas_rate(p: float, free: float, t: Truth) -> float:
+    """Rate, 1/s, at which gas comes out of solution at the pressure p, Pa, or goes into it."""
+    more = free_gas(p, t) - free
+    return more / (t.coming_out_s if more > 0.0 else t.dissolving_s)
 
 
 @compiled
@@ -331,7 +362,7 @@ def valve_pressure(time: float, s: FloatArray, t: Truth) -> float:
 def slope_of(
     time: float, s: FloatArray, command: float, sensor_position: float, t: Truth, d: FloatArray
 ) -> None:
-    """Writes the time derivative of the state s to d; both have the shape (16,).
+    """Writes the time derivative of the state s to d; both have the shape (19,).
 
     `command` is the command to the spool or motor as a fraction. `sensor_position` is the position
     that the sensor reads through its play, m.
@@ -341,9 +372,11 @@ def slope_of(
         y = rod_length(s[ANGLE], t) - t.retracted_m
         v = arm(s[ANGLE], t) * s[TURN]
     warming = warming_share(time, t)
+    heated_k = t.heating_k * warming
+    thin = math.exp(VISCOSITY_1_K * heated_k)  # viscosity over that at the start
     if t.force_per_unit_n > 0.0:  # a motor drives the load in place of the hydraulics
         drive = t.force_per_unit_n * command
-        for i in (X, X_RATE, C_A, C_B, P_S, DRIVE, L_A, L_B):
+        for i in (X, X_RATE, C_A, C_B, P_S, DRIVE, L_A, L_B, X_F, G_A, G_B):
             d[i] = 0.0
     else:
         current = command
@@ -354,25 +387,34 @@ def slope_of(
         # x'' = w^2 (u - x) - 2 zeta w x', |x'| <= slew
         rate = min(max(s[X_RATE], -t.spool_slew_1_s), t.spool_slew_1_s)
         d[X] = rate
+        d[X_F] = 0.0
+        if t.spool_friction > 0.0:  # Dahl: f' = x' / way (1 - f sgn(x'))
+            d[X_F] = rate / t.spool_friction_way * (1.0 - s[X_F] * math.copysign(1.0, rate))
+            current -= t.spool_friction * s[X_F]
         d[X_RATE] = t.spool_rad_s * (
             t.spool_rad_s * (current - s[X]) - 2.0 * t.spool_damping * s[X_RATE]
         )
         p_a, p_b = chamber_pressures(time, s, t)
         p_v = valve_pressure(time, s, t)
         o = opening(s[X] + t.bias_rate_1_s * time, t)
-        e, tr, w = t.flow_exponent, t.transition_pa, t.round_width
+        e, tr, w = t.flow_exponent, t.transition_pa * thin * thin, t.round_width
         k = t.flow_gain * (1.0 + t.gain_rate_1_s * time)
-        q_pa = k * t.gain_pa * edge(o - t.overlap_pa, w) * orifice(p_v - p_a, e, tr)
-        back_a = through_counterbalance(edge(-o - t.overlap_at, w), s[L_A], t)
+        k *= 1.0 - 0.5 * DENSITY_1_K * heated_k
+        q_pa = k * t.gain_pa * edge(o - t.overlap_pa, w + t.worn[0]) * orifice(p_v - p_a, e, tr)
+        back_a = through_counterbalance(edge(-o - t.overlap_at, w + t.worn[1]), s[L_A], t)
         q_at = k * t.gain_at * back_a * orifice(p_a - t.tank_pa, e, tr)
-        q_pb = k * t.gain_pb * edge(-o - t.overlap_pb, w) * orifice(p_v - p_b, e, tr)
-        back_b = through_counterbalance(edge(o - t.overlap_bt, w), s[L_B], t)
+        q_pb = k * t.gain_pb * edge(-o - t.overlap_pb, w + t.worn[2]) * orifice(p_v - p_b, e, tr)
+        back_b = through_counterbalance(edge(o - t.overlap_bt, w + t.worn[3]), s[L_B], t)
         q_bt = k * t.gain_bt * back_b * orifice(p_b - t.tank_pa, e, tr)
         d[L_A] = (lift(p_a, p_b, t) - s[L_A]) / LIFTING_S if t.counterbalance_pa > 0.0 else 0.0
         d[L_B] = (lift(p_b, p_a, t) - s[L_B]) / LIFTING_S if t.counterbalance_pa > 0.0 else 0.0
-        q_ab = (t.leak_ab_m3_s_pa + t.warming_leak_m3_s_pa * warming) * (p_a - p_b)
-        q_a = q_pa - q_at - q_ab - t.leak_a_m3_s_pa * (p_a - t.tank_pa) - port_valves(p_a, t)
-        q_b = q_pb - q_bt + q_ab - t.leak_b_m3_s_pa * (p_b - t.tank_pa) - port_valves(p_b, t)
+        leak_a, leak_b = t.leak_a_m3_s_pa / thin, t.leak_b_m3_s_pa / thin
+        q_ab = (t.leak_ab_m3_s_pa / thin + t.warming_leak_m3_s_pa * warming) * (p_a - p_b)
+        q_a = q_pa - q_at - q_ab - leak_a * (p_a - t.tank_pa) - port_valves(p_a, t)
+        q_b = q_pb - q_bt + q_ab - leak_b * (p_b - t.tank_pa) - port_valves(p_b, t)
+        d[G_A], d[G_B] = 0.0, 0.0
+        if t.dissolving_gas > 0.0:
+            d[G_A], d[G_B] = gas_rate(p_a, s[G_A], t), gas_rate(p_b, s[G_B], t)
         if t.orifice_leak_m3_s_pa05 > 0.0:
             q_a -= t.orifice_leak_m3_s_pa05 * orifice(p_a - t.tank_pa, 0.5, tr)
         # c' = (q -+ A v) / V
@@ -386,7 +428,7 @@ def slope_of(
         drive = t.area_a_m2 * (p_a - ATMOSPHERE_PA) - t.area_b_m2 * (p_b - ATMOSPHERE_PA)
 
     force = drive - t.load_n - t.spring_n_m * (y - 0.5 * t.stroke_m)
-    force -= t.viscous_n_s_m * (1.0 + t.warming_viscous * warming) * v
+    force -= t.viscous_n_s_m * (1.0 + t.warming_viscous * warming) * thin * v
     from_middle = y - 0.5 * t.stroke_m
     force -= contact_force(y, v, t)
     force -= t.cubic_n_m3 * from_middle * from_middle * from_middle
@@ -455,8 +497,9 @@ def steps_per_second(s: FloatArray, t: Truth, refinement: int) -> float:
         decay_1_s = max(decay_1_s, 1.0 / (t.source_resistance_pa_s_m3 * t.accumulator_m3_pa))
         if t.amplifier_s > 0.0:
             decay_1_s = max(decay_1_s, 1.0 / t.amplifier_s)
+        spool_rad_s = t.spool_rad_s * math.sqrt(1.0 + t.spool_friction / t.spool_friction_way)
         fastest_rad_s = max(
-            fastest_rad_s, t.spool_rad_s, 2.0 * math.pi * t.hum_hz if t.hum_share > 0.0 else 0.0
+            fastest_rad_s, spool_rad_s, 2.0 * math.pi * t.hum_hz if t.hum_share > 0.0 else 0.0
         )
         if s[Y] < 0.002 * t.stroke_m or s[Y] > 0.998 * t.stroke_m:
             fastest_rad_s = max(fastest_rad_s, STOP_RAD_S)
@@ -555,7 +598,7 @@ def run(
     Parameters
     ----------
     t, start
-        constants of the machine, and its state (16,) at the first sample.
+        constants of the machine, and its state (19,) at the first sample.
     dt_s
         sampling period, s.
     forward, reference
@@ -615,6 +658,9 @@ def run(
         reading += error[k]
         reading += t.scale_slope * max(reading - t.scale_at_m, 0.0)
         reading += t.scale_wave_m * math.sin(2.0 * math.pi * reading / t.scale_period_m)
+        if t.scale_bow_m != 0.0:
+            from_end = 2.0 * reading / t.stroke_m - 1.0
+            reading += t.scale_bow_m * (1.0 - from_end * from_end)
         reading = t.sensor_step_m * np.rint(reading / t.sensor_step_m)
         u = min(max(forward[k] + gain * (reference[k] - reading), -1.0), 1.0)
         sent[k] = command_step * np.rint(u / command_step)

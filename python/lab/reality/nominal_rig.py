@@ -174,8 +174,30 @@ def _number(value: float) -> str:
     return text if any(mark in text for mark in ".e") else text + ".0"
 
 
-RATED_FLOWS_M3_S = (5.0 / 60e3, 250.0 / 60e3)  # 5 to 250 l/min
-MASSES_KG = (1.0, 2e4)
+@dataclass(frozen=True)
+class Range:
+    """Ends of what is drawn, SI; rates and damping ratios as told by `draw_wide_rig`."""
+
+    bore_m: tuple[float, float] = (0.020, 0.100)
+    stroke_m: tuple[float, float] = (0.08, 1.0)
+    supply_pa: tuple[float, float] = (7e6, 28e6)
+    natural_hz: tuple[float, float] = (15.0, 150.0)
+    strokes_1_s: tuple[float, float] = (0.3, 4.0)
+    rated_flow_m3_s: tuple[float, float] = (5.0 / 60e3, 250.0 / 60e3)  # 5 to 250 l/min
+    mass_kg: tuple[float, float] = (1.0, 2e4)
+
+
+USUAL = Range()
+# Machines of the grade "field".
+FIELD_RANGE = Range(
+    (0.012, 0.160),
+    (0.04, 2.0),
+    (4e6, 35e6),
+    (8.0, 200.0),
+    (0.2, 6.0),
+    (2 / 60e3, 600 / 60e3),
+    (0.2, 1e5),
+)
 DOUBLE_RODS = 0.25  # share of the machines
 # A reversal of full speed within half a period of the oil spring swings the load pressure by about
 # v m omega / A; a designer keeps it below two times the supply pressure.
@@ -187,40 +209,40 @@ LARGEST_FRICTION = 0.2
 LEAST_DAMPING_1_S = 2.5
 
 
-def draw_wide_rig(rng: np.random.Generator) -> NominalRig:
+def draw_wide_rig(rng: np.random.Generator, of: Range = USUAL) -> NominalRig:
     """Draws the rig file's values of a machine that a designer would build.
 
     Bores of 20 to 100 mm, strokes of 80 mm to 1 m, 70 to 280 bar, 15 to 150 Hz, damping ratios of
     0.01 to 0.3, 0.3 to 4 strokes a second at full opening, and areas of the two sides whose ratio
     is 0.45 to 1. A machine that no valve of 5 to 250 l/min fits, or that could not reach or reverse
-    its speed, is drawn again.
+    its speed, is drawn again. `of`: other ranges than these.
     """
     while True:
-        rig, natural_rad_s = _draw(rng)
-        if is_built(rig, natural_rad_s):
+        rig, natural_rad_s = _draw(rng, of)
+        if is_built(rig, natural_rad_s, of):
             return rig
 
 
-def _draw(rng: np.random.Generator) -> tuple[NominalRig, float]:
-    bore = round(spread(rng, 0.020, 0.100), 3)
+def _draw(rng: np.random.Generator, of: Range) -> tuple[NominalRig, float]:
+    bore = round(spread(rng, *of.bore_m), 3)
     is_double = bool(rng.random() < DOUBLE_RODS)
     # The area of a double rod is stated as that of a piston without a rod.
     ratio = 1.0 if is_double else float(rng.uniform(0.45, 0.9))
     rod = round(bore * math.sqrt(1.0 - ratio), 4)
-    stroke = round(spread(rng, 0.08, 1.0), 2)
+    stroke = round(spread(rng, *of.stroke_m), 2)
     area_a = math.pi / 4.0 * bore**2
     area_b = area_a - math.pi / 4.0 * rod**2
     dead_a, dead_b = area_a * stroke * rng.uniform(0.08, 0.45, 2)
-    supply, tank = spread(rng, 7e6, 28e6), float(rng.choice([1.5e5, 2e5, 3e5]))
+    supply, tank = spread(rng, *of.supply_pa), float(rng.choice([1.5e5, 2e5, 3e5]))
     bulk = spread(rng, 0.75e9, 1.4e9)
     # k = B (A_a^2 / V_a + A_b^2 / V_b), at mid-stroke
     stiffness = bulk * (
         area_a**2 / (dead_a + 0.5 * area_a * stroke) + area_b**2 / (dead_b + 0.5 * area_b * stroke)
     )
-    natural = 2.0 * math.pi * spread(rng, 15.0, 150.0)
+    natural = 2.0 * math.pi * spread(rng, *of.natural_hz)
     mass = stiffness / natural**2
     viscous = 2.0 * spread(rng, 0.01, 0.3) * mass * natural
-    speed = stroke * spread(rng, 0.3, 4.0)
+    speed = stroke * spread(rng, *of.strokes_1_s)
     flow_gain = speed * 0.5 * (area_a + area_b) / math.sqrt(0.5 * (supply - tank))
     rated_drop = float(rng.choice([3.5e6, 7e6, 0.5e6]))
     values = four_digits(
@@ -246,13 +268,13 @@ def _draw(rng: np.random.Generator) -> tuple[NominalRig, float]:
     return NominalRig("ehs", values, speed, supply * area_a, viscous / mass, stroke), natural
 
 
-def is_built(rig: NominalRig, natural_rad_s: float) -> bool:
+def is_built(rig: NominalRig, natural_rad_s: float, of: Range = USUAL) -> bool:
     """Whether there is a valve for it, and it reaches and reverses its speed."""
     v = rig.values
     mass = v["load.mass_kg"]
     return (
-        RATED_FLOWS_M3_S[0] <= v["valve.rated_flow_m3_s"] <= RATED_FLOWS_M3_S[1]
-        and MASSES_KG[0] <= mass <= MASSES_KG[1]
+        of.rated_flow_m3_s[0] <= v["valve.rated_flow_m3_s"] <= of.rated_flow_m3_s[1]
+        and of.mass_kg[0] <= mass <= of.mass_kg[1]
         and rig.speed_m_s * mass * natural_rad_s <= LARGEST_SWING * rig.force_n
         and v["load.viscous_friction_n_s_m"] * rig.speed_m_s <= LARGEST_FRICTION * rig.force_n
         and rig.damping_1_s >= LEAST_DAMPING_1_S

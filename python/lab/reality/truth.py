@@ -9,6 +9,9 @@ from typing import NamedTuple
 Plays = tuple[float, float, float, float, float]
 NO_PLAYS: Plays = (0.0, 0.0, 0.0, 0.0, 0.0)
 
+Edges = tuple[float, float, float, float]
+NO_WEAR: Edges = (0.0, 0.0, 0.0, 0.0)
+
 
 class Truth(NamedTuple):
     """Constants in the equations of `machine`, SI: pressures absolute, openings as fractions.
@@ -29,6 +32,12 @@ class Truth(NamedTuple):
     bulk_modulus_0_pa: float = 1e9  # at zero pressure
     bulk_slope: float = 5.0  # d(bulk modulus)/d(pressure)
     gas_fraction: float = 1e-5
+    # Gas that dissolves: its fraction where all of it is free, the pressure from which on none is,
+    # and the times in which it goes into solution and comes out of it
+    dissolving_gas: float = 0.0
+    all_dissolved_pa: float = 1e6
+    dissolving_s: float = 1.0
+    coming_out_s: float = 1.0
     balance_pa: float = 1e4  # pressure at which `machine.compression` is zero
     # Valve: four edges PA, AT, PB, BT, each with overlap (negative: underlap) and gain
     flow_gain: float = 0.0  # m^3/(s Pa^exponent), full opening
@@ -50,6 +59,12 @@ class Truth(NamedTuple):
     spool_rad_s: float = 2000.0
     spool_damping: float = 0.8
     spool_slew_1_s: float = 1e3
+    # Friction of the spool after Dahl: the change of the command that it takes, 0: none, and the
+    # way in which it has reversed
+    spool_friction: float = 0.0
+    spool_friction_way: float = 1.0
+    # Wear of the edges PA, AT, PB, BT: further rounding
+    worn: Edges = NO_WEAR
     play: float = 0.0  # half-width
     # Prandtl-Ishlinskii hysteresis in place of the play; the first weight is 0: none
     play_half_widths: Plays = NO_PLAYS
@@ -114,6 +129,7 @@ class Truth(NamedTuple):
     warming_viscous: float = 0.0
     warming_bulk: float = 0.0
     warming_leak_m3_s_pa: float = 0.0
+    heating_k: float = 0.0  # rise of the temperature long after the start, on which all oil depends
     # Laws that no catalogue has; see `unnamed`
     cubic_n_m3: float = 0.0  # spring force over the cube of the distance from mid-stroke
     drag_n_s2_m2: float = 0.0  # force over the square of the speed
@@ -133,6 +149,7 @@ class Truth(NamedTuple):
     sensor_step_m: float = 1e-6
     scale_wave_m: float = 0.0  # error of the reading, a sine along the stroke
     scale_period_m: float = 1.0
+    scale_bow_m: float = 0.0  # error of the reading in the middle of the stroke, none at its ends
     reading_delay_s: float = 0.0
     # Transducers of the chamber pressures
     pressure_gain_a: float = 1.0

@@ -133,16 +133,69 @@ OUTSIDE: Mapping[str, Effect] = {
 }
 
 
+def _draw_heating(rng: np.random.Generator, rig: NominalRig) -> dict[str, float]:
+    leak = spread(rng, 0.005, 0.03) * full_flow(rig) / rig.values["supply.pressure_pa"]
+    return {
+        "rise_k": float(rng.uniform(10.0, 25.0)),
+        "time_constant_s": float(rng.uniform(5.0, 15.0)),
+        "leak_m3_s_pa": leak,
+    }
+
+
+def _draw_dissolving(rng: np.random.Generator, rig: NominalRig) -> dict[str, float]:
+    return {
+        "volume_fraction": spread(rng, 0.01, 0.04),
+        "all_dissolved_pa": float(rng.uniform(0.3, 0.8)) * rig.values["supply.pressure_pa"],
+        "dissolving_s": spread(rng, 0.1, 2.0),
+        "coming_out_s": spread(rng, 0.02, 0.1),
+    }
+
+
+# Causes that machines of the grade "field" may have besides. Oil that heats changes all that
+# depends on its viscosity at once: friction, leakage and the laminar flow of the edges.
+FIELD: Mapping[str, Effect] = {
+    "heating_oil": Effect(
+        "hydraulics",
+        _draw_heating,
+        lambda machine, sizes, _: machine._replace(
+            heating_k=sizes["rise_k"],
+            warming_s=sizes["time_constant_s"],
+            leak_ab_m3_s_pa=machine.leak_ab_m3_s_pa + sizes["leak_m3_s_pa"],
+        ),
+    ),
+    "dissolving_air": Effect(
+        "hydraulics",
+        _draw_dissolving,
+        lambda machine, sizes, _: machine._replace(
+            dissolving_gas=sizes["volume_fraction"],
+            all_dissolved_pa=sizes["all_dissolved_pa"],
+            dissolving_s=sizes["dissolving_s"],
+            coming_out_s=sizes["coming_out_s"],
+        ),
+    ),
+    "bowed_scale": Effect(
+        "sensor",
+        lambda rng, rig: {"bow_m": rig.stroke_m * signed(rng, 0.005, 0.02)},
+        lambda machine, sizes, _: machine._replace(scale_bow_m=sizes["bow_m"]),
+    ),
+    "logger_clock": Effect(
+        "timing", lambda rng, rig: {"rate": signed(rng, 3e-4, 2e-3)}, _unchanged
+    ),
+}
+
+
 @dataclass(frozen=True)
 class Faults:
     """Faults that are not in the equations.
 
     `error`, (n,), is the error of the measured position, m; `lost`, (n,), is true where a
-    command is lost.
+    command is lost. `clock_rate`: by which share the clock of what is measured is slower than that
+    of the commands; both agree at the first sample.
     """
 
     error: FloatArray
     lost: npt.NDArray[np.bool_]
+    clock_rate: float = 0.0
 
 
 def faults(
@@ -168,7 +221,8 @@ def faults(
         for k in range(samples):
             state = draws[k] < enter if not state else draws[k] >= leave
             lost[k] = state
-    return Faults(error, lost)
+    clock_rate = effects.get("logger_clock", {}).get("rate", 0.0)
+    return Faults(error, lost, clock_rate)
 
 
 # True term of the equation over its variable, SI, for the constants of the machine.

@@ -13,7 +13,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection, Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Literal
 
 import numpy as np
@@ -22,10 +22,20 @@ from .excitation import Excitation
 from .machine import compression
 from .noise import Logger
 from .nominal_rig import LAG, NominalRig, spread
-from .truth import NO_PLAYS, Plays, Truth
+from .truth import NO_PLAYS, NO_WEAR, Edges, Plays, Truth
 
-Grade = Literal["plain", "hard", "confusable", "slow", "wide", "abroad", "linkage"]
-GRADES: tuple[Grade, ...] = ("plain", "hard", "confusable", "slow", "wide", "abroad", "linkage")
+Grade = Literal["plain", "hard", "confusable", "slow", "wide", "abroad", "linkage", "field"]
+GRADES: tuple[Grade, ...] = (
+    "plain",
+    "hard",
+    "confusable",
+    "slow",
+    "wide",
+    "abroad",
+    "linkage",
+    "field",
+)
+WIDE: tuple[Grade, ...] = ("wide", "abroad", "linkage", "field")  # of all sizes and laws
 LEAST_AMPLIFIER_S = 5e-5  # a shorter lag is hidden behind that of the spool, and costs many steps
 
 
@@ -181,11 +191,15 @@ def families(
     """Returns the family of a machine and its records by each trait, in a few words."""
     deviation = max(abs(structure[f"gain_{name}"] - 1.0) for name in ("pa", "at", "pb", "bt"))
     edges = "even" if deviation < 0.01 else "uneven"
-    if "valve_dead_band" in effects and abs(_ends(machine)) > 0.05:
+    if machine.worn != NO_WEAR:
+        edges = "worn"
+    elif "valve_dead_band" in effects and abs(_ends(machine)) > 0.05:
         edges = "unequal ends"
     hysteresis = "none"
     if "valve_hysteresis" in effects:
         hysteresis = "Prandtl-Ishlinskii" if machine.play_weights[0] > 0.0 else "play"
+        if machine.spool_friction > 0.0:
+            hysteresis = "Dahl spool"
     seals = "LuGre"
     if machine.dahl_exponent > 0.0:
         seals = "Dahl"
@@ -201,7 +215,17 @@ def families(
         "noise": "coloured" if logger.coloured_share > 0.3 else "nearly white",
         "timing": "late by 0.5 %" if logger.largest_late_s <= 0.005 * dt_s else "late by 2 %",
         "excitation": "+".join(sorted(excitations)),
+        "air": "below 100 ppm" if machine.gas_fraction < 1e-4 else "from 100 ppm on",
+        "clock": _group(1e3 * dt_s, (1.0, 5.0), "ms"),
+        "bore": _group(1e3 * rig.values["cylinder.bore_m"], (40.0, 80.0), "mm"),
     }
+
+
+def _group(value: float, ends: tuple[float, float], unit: str) -> str:
+    low, high = (f"{end:g}" for end in ends)
+    if value <= ends[0] * (1.0 + 1e-9):
+        return f"to {low} {unit}"
+    return f"{low} to {high} {unit}" if value <= ends[1] * (1.0 + 1e-9) else f"above {high} {unit}"
 
 
 def _ends(machine: Truth) -> float:
@@ -245,6 +269,12 @@ class Variants:
     0: no such pump."""
     relief_loss: float = 0.0
     """Loss of its pressure at the largest flow, as a share of it, where droop is not an effect."""
+    spool_friction_way: float = 0.0
+    """Way in which the friction of a spool has reversed, in half-widths of the hysteresis, which is
+    then due to this friction; 0: it is a play, or a sum of plays."""
+    worn: Edges = NO_WEAR
+    """Further rounding of the metering edges PA, AT, PB, BT by wear, as a fraction of full opening.
+    """
 
 
 def draw_variants(rng: np.random.Generator) -> Variants:
@@ -266,6 +296,20 @@ def draw_variants(rng: np.random.Generator) -> Variants:
         lap_difference=difference if is_unequal else 0.0,
         relief_flow=flow if has_relief else 0.0,
         relief_loss=loss if has_relief else 0.0,
+    )
+
+
+def draw_field_variants(rng: np.random.Generator, variants: Variants) -> Variants:
+    """Draws what only machines of the grade "field" have: spools with friction, worn edges.
+
+    A worn edge opens by less than 5 % of full opening too early.
+    """
+    rubs, wears = (bool(rng.random() < p) for p in (0.4, 0.5))
+    way, worn = float(rng.uniform(0.2, 0.6)), [float(each) for each in rng.uniform(0.005, 0.05, 4)]
+    return replace(
+        variants,
+        spool_friction_way=way if rubs else 0.0,
+        worn=(worn[0], worn[1], worn[2], worn[3]) if wears else NO_WEAR,
     )
 
 
@@ -293,7 +337,11 @@ def with_variants(machine: Truth, variants: Variants, effects: Collection[str]) 
         machine = machine._replace(
             bouc_wen_power=variants.bouc_wen_power, bouc_wen_sigma=variants.bouc_wen_sigma
         )
-    if "valve_hysteresis" in effects and variants.play_weights[0] > 0.0:
+    machine = machine._replace(worn=variants.worn)
+    if "valve_hysteresis" in effects and variants.spool_friction_way > 0.0:
+        way = variants.spool_friction_way * machine.play
+        machine = machine._replace(play=0.0, spool_friction=machine.play, spool_friction_way=way)
+    elif "valve_hysteresis" in effects and variants.play_weights[0] > 0.0:
         machine = machine._replace(
             play_half_widths=_plays(share * machine.play for share in variants.play_shares),
             play_weights=variants.play_weights,

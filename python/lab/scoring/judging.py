@@ -178,6 +178,10 @@ NEAR = {
     "position_dependent_friction": "position_friction",
     "second_load_mass": "flexible_load",
     "valve_stiction": "spool_stiction",
+    "warming_oil": "flow_gain_drift",
+    "heating_oil": "flow_gain_drift",
+    "dissolving_air": "entrained_air",
+    "bowed_scale": "sensor_nonlinearity",
 }
 # Effects of the catalogue that are a part of what it does not have: the weight of a boom is a load.
 PARTS = {"linkage": ("load_force", "load_spring")}

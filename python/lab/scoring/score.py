@@ -42,6 +42,7 @@ from .tables import (
     SplitTable,
     confusion_of_effects,
     confusion_of_verdicts,
+    family_table,
     figure_tables,
     split_tables,
 )
@@ -198,7 +199,7 @@ def score_cases(
             share(verdict, [case.judgement.right for case in group])
             for verdict, group in verdicts.items()
         ),
-        splits=split_tables(cases),
+        splits=(*split_tables(cases), family_table(cases)),
         verdicts=confusion_of_verdicts(cases),
         effects=confusion_of_effects(cases),
         reliability=reliability([claim for case in cases for claim in claims_of(case)]),

@@ -95,7 +95,10 @@ def test_the_same_command_goes_on_and_then_only_scores(
     [
         (["--count", "4"], "count 3, not 4"),
         (["--seed", "8", "--count", "3"], "seed 7, not 8"),
-        (["--grade", "hard"], "grades plain+hard+confusable+slow+wide+abroad+linkage, not hard"),
+        (
+            ["--grade", "hard"],
+            "grades plain+hard+confusable+slow+wide+abroad+linkage+field, not hard",
+        ),
         (["--sensors", "position"], "sensors drawn, not position"),
         (["--exclude-truth"], "exclude_truth false, not true"),
     ],

@@ -20,7 +20,7 @@ from ehsid.lab.reality.batch import (
 )
 from ehsid.lab.reality.excitation import EXCITATION_SETS, EXCITATIONS
 from ehsid.lab.reality.truth import Truth
-from ehsid.lab.reality.variants import GRADES
+from ehsid.lab.reality.variants import GRADES, WIDE
 
 SHORT: dict[str, Any] = {"seconds": 1.0}
 
@@ -32,7 +32,7 @@ SHORT: dict[str, Any] = {"seconds": 1.0}
 )
 def test_the_transfer_record_has_another_excitation(seed: int, grade: Any) -> None:
     case = make_case(seed, grade, "one", **SHORT)
-    kinds = EXCITATION_SETS["all"] if grade in ("wide", "abroad", "linkage") else EXCITATIONS
+    kinds = EXCITATION_SETS["all"] if grade in WIDE else EXCITATIONS
     assert case.answer["transfer_excitation"] in kinds
     assert case.answer["transfer_excitation"] not in case.answer["excitation"]
     assert list(case.transfer) == list(case.train)
@@ -161,6 +161,17 @@ def test_slow_records_are_sampled_every_20_or_50_ms() -> None:
     assert set(every) == {1, 2}
     assert 72 <= every.count(2) <= 128
     assert {draw_logged_every(seed, "slow") for seed in range(20)} == {1}
+
+
+def test_slow_records_of_the_field_are_long_and_some_have_every_fifth_command() -> None:
+    """A chance of one in 10^4 at most that a value is not drawn 400 times."""
+    times = {seed: draw_sampling_time(seed, "field") for seed in range(400)}
+    assert set(times.values()) == {5e-4, 1e-3, 2e-3, 4e-3, 5e-3, 1e-2, 2e-2, 5e-2, 0.1}
+    every = {seed: draw_logged_every(seed, "field") for seed in times}
+    assert {every[seed] for seed, dt_s in times.items() if dt_s < 5e-3} == {1}
+    assert {every[seed] for seed, dt_s in times.items() if dt_s >= 5e-3} == {1, 2, 5}
+    for seed, dt_s in times.items():
+        assert (draw_seconds(seed, "field") >= 30.0) == (dt_s >= 5e-3)
 
 
 def test_a_log_of_every_second_command_is_half_of_the_log_of_all() -> None:

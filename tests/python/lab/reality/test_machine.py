@@ -140,7 +140,11 @@ def wave(n: int) -> FloatArray:
     return np.asarray(0.5 * np.sin(2.0 * np.pi * 9.0 * time) + 0.2 * np.sign(np.sin(150.0 * time)))
 
 
-OUTSIDE_EQUATIONS = [name for name in OUTSIDE if "sensor" not in name and "frames" not in name]
+OUTSIDE_EQUATIONS = [
+    name
+    for name in (*OUTSIDE, "heating_oil", "dissolving_air")
+    if "sensor" not in name and "frames" not in name
+]
 
 
 UNNAMED_EQUATIONS = [name for name in UNNAMED if UNNAMED[name].adds_to not in ("sensor", "delay")]
@@ -167,6 +171,8 @@ def test_run_agrees_with_scipy_for_each_effect(effect: str, grade: str) -> None:
             "valve_hysteresis",
             Variants(play_shares=(0.4, 1.0, 1.6, 0.0, 0.0), play_weights=(0.3, 0.4, 0.3, 0.0, 0.0)),
         ),
+        ("valve_hysteresis", Variants(spool_friction_way=0.3)),
+        ("internal_leakage", Variants(worn=(0.01, 0.02, 0.03, 0.05))),
         ("valve_dead_band", Variants(lap_difference=-0.2)),
     ],
 )
