@@ -27,6 +27,7 @@ from .decision.inside import Inside, evidence_of
 from .decision.verdict import Decision, decide
 from .job import LOGGER, Begun, Pace, Watch, look_for
 from .laws.choosing import SPRINGS, LawsFound, missing_laws
+from .laws.drifting import Drift, values_that_drift
 from .laws.fitting import equation_shares
 from .laws.forms import sentence
 from .model import between_samples
@@ -48,6 +49,7 @@ from .schema import (
     NextExperiment,
     Remark,
     Value,
+    Verdict,
     Where,
 )
 from .search.candidates import FittedCandidate, calibrate_nuisances, decision_case
@@ -74,6 +76,8 @@ FITTED_TOGETHER = (
     "The records that are held out excite what the others do not: fitted apart from them nothing "
     "explains the gap. All were fitted together, and every third block of each was held out."
 )
+
+OUTSIDE: Verdict = "outside_catalogue"
 
 NOT_TOLD = "Where the gap lies could not be told: its computation failed on these numbers."
 
@@ -368,6 +372,8 @@ class _Evaluation:
     laws: LawsFound | None = None
     inside: tuple[Inside, ...] = ()
     """Values of a user's simulator that could stand in for what it cannot be given."""
+    drift: Drift | None = None
+    """Values that change in the course of the records, where nothing else explains the gap."""
 
     @cached_property
     def decision(self) -> Decision:
@@ -375,7 +381,7 @@ class _Evaluation:
         nuisance_fit = None
         if not self.selection.best.effects:
             nuisance_fit = calibrate_nuisances(self.case, self.search_result.calibrated)
-        return decide(
+        decision = decide(
             self.case,
             self.search_result,
             self.selection,
@@ -386,6 +392,9 @@ class _Evaluation:
             self.step,
             "" if self.laws is None else sentence(self.laws.laws),
         )
+        if self.laws is None and self.drift is not None and decision.verdict == OUTSIDE:
+            return replace(decision, sentence=f"{decision.sentence} {self.drift.sentence}")
+        return decision
 
 
 def _log_case(case: Case) -> None:
@@ -448,6 +457,14 @@ def _evaluate(
             runs, reduction = results.held_out_results(
                 case, search_result.nominal, search_result.calibrated, best
             )
+    drift = None if best.effects else values_that_drift(case, search_result.calibrated)
+    if drift is not None:
+        selection = with_further(selection, search_result, WORSENED)
+        if selection.best is not best:
+            best = selection.best
+            runs, reduction = results.held_out_results(
+                case, search_result.nominal, search_result.calibrated, best
+            )
     values, moved = results.estimates(case, best)
     calibration = results.calibration_of(case, values, moved)
     hardly_shown = effects_hardly_shown(best, regimes, case.rig.plant)
@@ -463,6 +480,7 @@ def _evaluate(
         hardly_shown,
         step,
         inside=inside,
+        drift=drift,
     )
 
 

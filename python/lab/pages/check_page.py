@@ -61,13 +61,21 @@ def check_page(score: Score) -> Page:
             *([_edits(score)] if score.edits else []),
             _baselines(score),
             _grades(score),
-            Section(
-                "Where it is good and where not", [split_table(table) for table in score.splits]
-            ),
+            Section("Where it is good and where not", _splits(score)),
             _wrong(score),
             _contradictions(score),
         ]
     return Page(TITLE, lead(score), [*sections, _how(score)], summary=summary)
+
+
+def _splits(score: Score) -> list[Block]:
+    """The worst family of machines in words, and the tables of all splits."""
+    tables: list[Block] = [split_table(table) for table in score.splits if table.rows]
+    families = score.splits[-1].rows
+    if not families:
+        return tables
+    name, _, (right, *_) = families[0]
+    return [f"The worst family is {name}: {figure_text(right)} of its cases are right.", *tables]
 
 
 def _picture(score: Score) -> Picture:

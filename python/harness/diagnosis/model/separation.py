@@ -30,7 +30,7 @@ from ...rigs import Rig
 from ...signals.simulation import simulate
 from ..deciding import EVIDENCE
 from .comparison import Compared, compare
-from .fit import ITERATIONS, SUBSTEPS, fit
+from .fit import ITERATIONS, SUBSTEPS, fit, step_inside
 from .linear import Linear
 from .parameters import Parameter, calibration_parameters, effect_parameters
 from .problem import Problem
@@ -226,6 +226,8 @@ def _largest_acceptable_error(compared: Compared, name: str, floor: float) -> fl
     return max(floor, DESIGN_ERROR * spread)
 
 
+# Steps of the linear refit, whose weights follow the errors, and its ridge.
+LINEAR_STEPS, RIDGE = 8, 1e-9
 ROUNDS = 15
 # Range of the factor of the prior variance of a block.
 FACTORS = (1e-8, 1e4)
@@ -251,6 +253,43 @@ class Quadratic:
     independent: FloatArray
     tolerated: FloatArray
     """Number of coefficients, of independent ones, and tolerated power, shape (B,) each."""
+
+    def power_after(self, change: FloatArray) -> FloatArray:
+        """Mean square of the errors in each band behind a change of the parameters, shape (B,)."""
+        squares = self.squares + 2.0 * self.products @ change
+        squares += np.einsum("i,bij,j->b", change, self.grams, change, optimize=True)
+        return np.maximum(squares, 0.0) / self.rows
+
+
+def reweighted(
+    errors: Quadratic,
+    information: FloatArray,
+    offset: FloatArray,
+    low: FloatArray,
+    high: FloatArray,
+) -> tuple[FloatArray, FloatArray]:
+    """Power in each band, (B,), behind the change of the parameters that is best, and that change.
+
+    The weights follow the errors (P. Green, J. R. Stat. Soc. B 46(2), 1984).
+
+    Parameters
+    ----------
+    errors
+        squares of the errors as a function of the n changes.
+    information, offset
+        inverse variances of the priors, and how far from their means the parameters are, (n,).
+    low, high
+        bounds of the changes, (n,).
+    """
+    power, change = errors.squares / errors.rows, np.zeros_like(offset)
+    for _ in range(LINEAR_STEPS):
+        weights = errors.independent / (errors.rows * (power + errors.tolerated))
+        hessian = np.tensordot(weights, errors.grams, axes=1) + np.diag(information)
+        hessian += RIDGE * np.diag(np.diag(hessian) + 1e-300)
+        gradient = weights @ errors.products + information * offset
+        change = step_inside(gradient, hessian, low, high, high > low)
+        power = errors.power_after(change)
+    return power, change
 
 
 def quadratic(problem: Problem, linear: Linear) -> Quadratic:

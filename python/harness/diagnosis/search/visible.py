@@ -40,12 +40,12 @@ from ...rigs import Rig
 from ..data.gate import usable_part
 from ..deciding import EFFECT, EVIDENCE, FALSE_ALARM, MISSED, SMALL
 from ..model.case import Case, make_case
-from ..model.fit import descent, step_inside
+from ..model.fit import descent
 from ..model.linear import Linear
 from ..model.parameters import Law, effect_parameters
 from ..model.problem import Problem
 from ..model.scale import effect_starts, machine_scale
-from ..model.separation import quadratic
+from ..model.separation import quadratic, reweighted
 from ..schema import CouldBeSeen
 from .candidates import FittedCandidate, law_count, repeats_a_law, spelled_out
 from .intervals import margin, scaled
@@ -54,8 +54,6 @@ from .search import candidate_effects
 
 # Power and false alarm, as deviations of a normal distribution.
 OF_POWER, OF_ALARM = float(norm.isf(0.1)), float(norm.isf(0.01))
-# Steps of the linear refit, whose weights follow the errors, and its ridge.
-LINEAR_STEPS, RIDGE = 8, 1e-9
 # Steps of the fit at most; the share of the cost that is little for one, and that by which it may
 # differ from the promise; and how near to the answer a size is worth a fit, ln.
 FIT_STEPS, LITTLE, AS_PROMISED, WORTH_A_FIT = 8, 0.05, 0.15, 0.7
@@ -293,21 +291,11 @@ def _refit(
 
 
 def linear_refit(problem: Problem, linear: Linear, x: FloatArray) -> tuple[FloatArray, float]:
-    """Powers, (outputs, BANDS), and cost, nats, of the best change by the sensitivities alone.
-
-    The weights follow the errors (P. Green, J. R. Stat. Soc. B 46(2), 1984).
-    """
-    errors, prior = quadratic(problem, linear), problem.information()
-    low, high = problem.low - x, problem.high - x
-    power, change = errors.squares / errors.rows, np.zeros_like(x)
-    for _ in range(LINEAR_STEPS):
-        weights = errors.independent / (errors.rows * (power + errors.tolerated))
-        hessian = np.tensordot(weights, errors.grams, axes=1) + np.diag(prior)
-        hessian += RIDGE * np.diag(np.diag(hessian) + 1e-300)
-        change = step_inside(weights @ errors.products, hessian, low, high, high > low)
-        squares = errors.squares + 2.0 * errors.products @ change
-        squares += np.einsum("i,bij,j->b", change, errors.grams, change, optimize=True)
-        power = np.maximum(squares, 0.0) / errors.rows
+    """Powers, (outputs, BANDS), and cost, nats, of the best change by the sensitivities alone."""
+    prior = problem.information()
+    power, change = reweighted(
+        quadratic(problem, linear), prior, np.zeros_like(x), problem.low - x, problem.high - x
+    )
     powers = np.zeros(_counts(problem).shape)
     powers[_counts(problem) > 0.0] = power
     costs = [problem.likelihoods[name].cost_of(powers[k]) for k, name in enumerate(problem.outputs)]

@@ -177,7 +177,7 @@ def test_an_effect_that_is_nearly_the_unknown_one_is_right(true: str, near: str)
     found = judge(answer("open", true), findings("effects", near))
     assert (found.outcome, found.recognised, found.wrong_name) == ("right", True, False)
     # So it is not beside another one, nor is its neighbour; and it is no name for another cause.
-    for named, cause in (((near, BAND), true), ((COULOMB,), true), ((near,), "warming_oil")):
+    for named, cause in (((near, BAND), true), ((COULOMB,), true), ((near,), "supply_ripple")):
         found = judge(answer("open", cause), findings("effects", *named))
         assert (found.outcome, found.recognised, found.wrong_name) == ("wrong name", False, True)
     assert judge(answer("open", true), findings("outside_catalogue")).recognised

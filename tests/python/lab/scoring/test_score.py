@@ -15,6 +15,7 @@ from ehsid.lab.reality.effects import CATALOGUE
 from ehsid.lab.scoring.baselines import control
 from ehsid.lab.scoring.judging import Findings, NamedEffect, judge
 from ehsid.lab.scoring.score import Score, score_folder
+from ehsid.lab.scoring.tables import LEAST_CASES
 
 MEASURED = ("pressures", "position only")
 
@@ -154,6 +155,21 @@ def test_splits_and_lists_add_up(usual: Score) -> None:
         case.answer.kind != "open" for case in usual.cases
     )
     assert usual.wrong[0].outcome == "wrong name"
+
+
+def test_the_worst_family_is_first_and_small_ones_are_left_out(usual: Score) -> None:
+    """Intervals order the families by their upper ends."""
+    table = usual.splits[-1]
+    assert table.title == "family of machines, the worst first"
+    found = {name: figures[0] for name, _, figures in table.rows}
+    for sensors in {case.answer.sensors for case in usual.cases}:
+        some = [c.judgement.right for c in usual.cases if c.answer.sensors == sensors]
+        if LEAST_CASES <= len(some) <= len(usual.cases) - LEAST_CASES:
+            assert found[f"sensors: {sensors}"].value == pytest.approx(sum(some) / len(some))
+    assert found
+    assert all(each.n >= LEAST_CASES for each in found.values())
+    ends = [each.high for each in found.values()]
+    assert ends == sorted(ends)
 
 
 @pytest.mark.slow

@@ -1,0 +1,56 @@
+# SPDX-License-Identifier: MIT
+"""Values that change in the course of the records are seen, on records of which it is known."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from gap_cases import DT_S, OFF, PRESSURES, RIG, SUBSTEPS, command_of
+
+from ehsid.harness.diagnosis.deciding import DRIFTS
+from ehsid.harness.diagnosis.laws.drifting import Drift, values_that_drift
+from ehsid.harness.diagnosis.model.case import make_case
+from ehsid.harness.diagnosis.search.candidates import calibrate
+from ehsid.harness.records import Record, make_record
+from ehsid.harness.signals.simulation import draw_noise, simulate
+
+SECONDS = 6.0
+RATE = "effects.flow_gain_drift.rate_1_s"
+
+
+def recorded(seed: int, rate_1_s: float) -> Record:
+    rng = np.random.default_rng(seed)
+    command = command_of(SECONDS, DT_S, rng)
+    noise = draw_noise(RIG, command.size, rng)
+    values = {**OFF, RATE: rate_1_s}
+    run = simulate(RIG, command, dt_s=DT_S, values=values, substeps=SUBSTEPS, noise=noise).record
+    return make_record(
+        {"time_s": run.time_s, **{name: run.column(name) for name in ("command_v", *PRESSURES)}}
+    )
+
+
+def drift_of(*rates: float) -> Drift | None:
+    case = make_case(RIG, *([recorded(seed, rate)] for seed, rate in enumerate(rates, 1)))
+    return values_that_drift(case, calibrate(case))
+
+
+@pytest.mark.slow
+def test_a_flow_that_grows_is_seen_with_its_size() -> None:
+    """From the start to the end of a record the flow grows by the rate times its length."""
+    drift = drift_of(0.01, 0.01)
+    assert drift is not None
+    assert drift.gain >= DRIFTS
+    changes = dict(drift.changes)
+    name, found = next(iter(changes.items()))
+    assert name == "valve.rated_flow_m3_s"
+    # The prior pulls towards none, and a line of the logarithm is not one of the value.
+    assert math.log1p(found) == pytest.approx(math.log1p(0.01 * SECONDS), rel=0.15)
+    assert f"{name} rose by" in drift.sentence
+
+
+@pytest.mark.slow
+def test_what_the_other_record_contradicts_and_what_is_not_there_is_no_drift() -> None:
+    assert drift_of(0.0, 0.0) is None
+    assert drift_of(0.01, -0.01) is None
