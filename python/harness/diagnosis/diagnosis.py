@@ -449,17 +449,11 @@ def _evaluate(
     runs, reduction = results.held_out_results(
         case, search_result.nominal, search_result.calibrated, best
     )
-    if results.worse_outputs(reduction):
-        probabilities = probabilities.with_evidence(WORSENED)
-        selection = select_effects(search_result, probabilities, unnamed=bool(inside))
-        if selection.best is not best:
-            best = selection.best
-            runs, reduction = results.held_out_results(
-                case, search_result.nominal, search_result.calibrated, best
-            )
     drift = None if best.effects else values_that_drift(case, search_result.calibrated)
-    if drift is not None:
-        selection = with_further(selection, search_result, WORSENED)
+    speaking = bool(results.worse_outputs(reduction)) + (drift is not None)
+    if speaking:
+        probabilities = probabilities.with_evidence(speaking * WORSENED)
+        selection = select_effects(search_result, probabilities, unnamed=bool(inside))
         if selection.best is not best:
             best = selection.best
             runs, reduction = results.held_out_results(

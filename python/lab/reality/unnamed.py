@@ -134,7 +134,7 @@ OUTSIDE: Mapping[str, Effect] = {
 
 
 def _draw_heating(rng: np.random.Generator, rig: NominalRig) -> dict[str, float]:
-    leak = spread(rng, 0.005, 0.03) * full_flow(rig) / rig.values["supply.pressure_pa"]
+    leak = spread(rng, 0.002, 0.006) * full_flow(rig) / rig.values["supply.pressure_pa"]
     return {
         "rise_k": float(rng.uniform(10.0, 25.0)),
         "time_constant_s": float(rng.uniform(5.0, 15.0)),
