@@ -27,7 +27,7 @@ from ..search.intervals import LEVEL, candidate_covariance, matters
 from ..search.score import left
 from ..search.search import restrict
 from .fitting import LONG, with_law, with_one_law
-from .forms import MASS, MASSES, MENU, SPRING, describe, visited
+from .forms import LINKAGE, MASS, MASSES, MENU, SPRING, describe, visited
 from .forms import laws as laws_of_menu
 
 MOST_LAWS = 2
@@ -178,19 +178,23 @@ class _Chain:
         found = with_one_law(self.case, self.last, progress)
         if not found:
             return self
-        gains = [left(self.case, each) for each in self.steps]
-        gain = gains[-1] - found[0].left
-        first = gains[0] - gains[-1]
-        if gain < max(LEAST_GAIN, LEAST_OF_FIRST * first):
+        lefts = [left(self.case, each) for each in self.steps]
+        first = lefts[0] - lefts[-1]
+        for each in found:
+            price = _price((*self.last.laws, each.law)) - _price(self.last.laws)
+            least = price if price < LEAST_GAIN else max(price, LEAST_OF_FIRST * first)
+            if lefts[-1] - each.left >= least:
+                break
+        else:
             return self
-        if mean_gap(found[0].candidate.sums) > (1.0 - LEAST_OF_GAP) * mean_gap(self.last.sums):
+        if mean_gap(each.candidate.sums) > (1.0 - LEAST_OF_GAP) * mean_gap(self.last.sums):
             return self
         rivals = tuple(
             (other.law.adds_to, other.law.of)
-            for other in found[1:]
-            if other.left - found[0].left < RIVAL
+            for other in found
+            if other is not each and abs(other.left - each.left) < RIVAL
         )
-        return _Chain(self.case, (*self.steps, found[0].candidate), (*self.rivals, rivals))
+        return _Chain(self.case, (*self.steps, each.candidate), (*self.rivals, rivals))
 
 
 def _springs_taken_in(case: Case, chain: _Chain) -> _Chain:
@@ -227,7 +231,17 @@ def _fitted(
 
 def _penalised(case: Case, candidate: FittedCandidate) -> float:
     laws = law_count([each for each in candidate.effects if not _is_part(each, candidate.laws)])
-    return left(case, candidate) + laws * EFFECT / EVIDENCE + len(candidate.laws) * LEAST_GAIN
+    return left(case, candidate) + laws * EFFECT / EVIDENCE + _price(candidate.laws)
+
+
+def _price(laws: Sequence[Law]) -> float:
+    """Prior cost of laws on the scale of what is left.
+
+    That of a linkage, whose lever changes its force and its mass, has the other law at the cost of
+    an effect.
+    """
+    both = {(law.adds_to, law.of) for law in laws} >= LINKAGE
+    return len(laws) * LEAST_GAIN - both * (LAW - EFFECT) / EVIDENCE
 
 
 def _is_part(effect: str, laws: Sequence[Law]) -> bool:

@@ -230,6 +230,8 @@ def forms_of(law: TableLaw) -> list[Form]:
 FRICTION = ("force", "velocity_m_s")
 SPRING = ("force", "position_m")
 MASS = ("mass", "position_m")
+# What the lever of a linkage changes.
+LINKAGE = frozenset({SPRING, MASS})
 # Constant terms that have a name.
 CONSTANTS = {"force": "a load force", "spool": "a null bias", "delay": "a transport delay"}
 
@@ -431,7 +433,7 @@ def sentence(laws: Sequence[MissingLaw]) -> str:
     if len(terms) == 1:
         return f"The simulator lacks a term: {terms[0]}. It {laws[0].looks_like}."
     text = f"The simulator lacks {len(terms)} terms: {', and '.join(terms)}."
-    if {SPRING, MASS} <= {(found.law.adds_to, found.law.of) for found in laws}:
+    if {(found.law.adds_to, found.law.of) for found in laws} >= LINKAGE:
         return (
             f"{text} Both together are those of a linkage, such as a boom that the cylinder lifts."
         )

@@ -145,19 +145,35 @@ GROWING = TableLaw("mass", "position_m", tuple(PLACES.tolist()), tuple(HEAVIER.t
 LIFTED = TableLaw("force", "position_m", tuple(PLACES.tolist()), tuple(LIFT.tolist()))
 
 
-def test_a_spring_beside_a_mass_over_the_position_is_taken_in() -> None:
-    def linkage(seed: int) -> Record:
-        rng = np.random.default_rng(seed)
-        command = command_of(6.0, DT_S, rng)
-        # Over most of the stroke and back.
-        command += SLOW_V * np.cos(np.pi * DT_S * np.arange(command.size))
-        rig = replace(RIG, tables={"mass": GROWING, "force": LIFTED})
-        noise = draw_noise(rig, command.size, rng)
-        run = simulate(rig, command, dt_s=DT_S, values=OFF, substeps=SUBSTEPS, noise=noise).record
-        columns = {name: run.column(name) for name in ("command_v", *PRESSURES)}
-        return make_record({"time_s": run.time_s, **columns})
+# Something of 60 N/mm that the rod touches at 170 mm.
+TOUCHED = TableLaw("force", "position_m", (0.0, 0.17, 0.3), (0.0, 0.0, 7800.0))
 
-    case = make_case(RIG, [linkage(1)], [linkage(2)])
+
+def over_the_stroke(tables: Mapping[str, TableLaw], seed: int) -> Record:
+    """As `with_table`, but over most of the stroke and back."""
+    rng = np.random.default_rng(seed)
+    command = command_of(6.0, DT_S, rng)
+    command += SLOW_V * np.cos(np.pi * DT_S * np.arange(command.size))
+    rig = replace(RIG, tables=tables)
+    noise = draw_noise(rig, command.size, rng)
+    run = simulate(rig, command, dt_s=DT_S, values=OFF, substeps=SUBSTEPS, noise=noise).record
+    columns = {name: run.column(name) for name in ("command_v", *PRESSURES)}
+    return make_record({"time_s": run.time_s, **columns})
+
+
+def test_a_spring_beside_a_force_over_the_position_is_a_part_of_it() -> None:
+    case = make_case(RIG, *([over_the_stroke({"force": TOUCHED}, seed)] for seed in (1, 2)))
+    _, found = laws_beside(case, "load_spring")
+    assert found.candidate.effects == ()
+    assert found.held == {}
+    (law,) = found.laws
+    assert (law.law.adds_to, law.law.of) == ("force", "position_m")
+    assert "that the rod touches there" in law.looks_like
+
+
+def test_a_spring_beside_a_mass_over_the_position_is_taken_in() -> None:
+    tables = {"mass": GROWING, "force": LIFTED}
+    case = make_case(RIG, *([over_the_stroke(tables, seed)] for seed in (1, 2)))
     _, found = laws_beside(case, "load_spring")
     assert found.candidate.effects == ()
     laws = {(law.law.adds_to, law.law.of): law for law in found.laws}
