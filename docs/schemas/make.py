@@ -12,6 +12,7 @@ from ehsid.harness.diagnosis.edits import EditTest
 from ehsid.harness.fitness import RigCheckFile
 from ehsid.harness.fleet import Fleet
 from ehsid.harness.models.estimation import Estimates
+from ehsid.harness.watch.watching import Watch
 from ehsid.hil.result_file import HilFile
 from ehsid.lab.blind.making import Seal
 from ehsid.lab.calibration.checking import Calibration
@@ -28,6 +29,7 @@ SCHEMAS = {
     "rig_check.json": json_schema(RigCheckFile, "rig_check.json of ehsid rig check"),
     "score.json": json_schema(ScoreFile, "score.json of ehsid gap-check"),
     "seal.json": json_schema(Seal, "seal.json of ehsid gap-check"),
+    "watch.json": json_schema(Watch, "watch.json of ehsid watch, schema version 1"),
 }
 
 if __name__ == "__main__":

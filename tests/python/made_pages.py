@@ -3,10 +3,12 @@
 
 from __future__ import annotations
 
+import math
 import struct
 import tempfile
 from collections.abc import Callable
 from dataclasses import replace
+from datetime import UTC, datetime, timedelta
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -30,8 +32,12 @@ from ehsid.harness.show.fleet_page import fleet_page
 from ehsid.harness.show.gap_page import RecordLine, render_diagnosis
 from ehsid.harness.show.page import Page
 from ehsid.harness.show.rendering import render_page
+from ehsid.harness.show.watch_page import watch_page
 from ehsid.harness.signals.simulation import suggested_controller
 from ehsid.harness.signals.simulation.run import OUTPUTS_OF
+from ehsid.harness.watch.store import Row
+from ehsid.harness.watch.tracking import Estimated, Told
+from ehsid.harness.watch.watching import Watch, watched
 from ehsid.hil.comparison import compare
 from ehsid.hil.faults import relayed
 from ehsid.hil.frames import encode
@@ -83,6 +89,18 @@ def fleet(name: str, folder: Path) -> str:
     (folder / failed / "error.txt").write_text(f"ValueError: {name}\n", encoding="utf-8")
     refused = {f"3{name}": f"{name}: is in the way"}
     return render_page(fleet_page(read_fleet(folder, [judged, failed], refused)))
+
+
+def life(name: str, _: Path) -> str:
+    """The name is that of a machine and of a log that could not be used."""
+    first = datetime(2026, 1, 1, tzinfo=UTC)
+    leak = "effects.internal_leakage.coefficient_m3_s_pa"
+    rows = [Row(name, first, Told(refused=f"{name}: is no record"))]
+    for week in range(30):
+        size = 1e-12 * (1.0 + 0.05 * math.sin(7.0 * week) + 2.0 * (week > 17))
+        told = Told((Estimated(leak, "m^3/(s Pa)", size, 5e-14),))
+        rows.append(Row(f"{week}", first + timedelta(weeks=week), told))
+    return render_page(watch_page(Watch(1, "0", 1.0, (watched(name, rows),))))
 
 
 def check(name: str, folder: Path) -> str:
@@ -160,6 +178,7 @@ KINDS: dict[str, Make] = {
     "gap": gap,
     "fleet": fleet,
     "check": check,
+    "life": life,
     "calibration": calibration,
     "experiment": experiment,
     "hil": hil,

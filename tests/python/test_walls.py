@@ -126,6 +126,10 @@ PRODUCT: dict[str, set[str]] = {
     },
     "diagnosis/traces": {*BELOW_DIAGNOSIS, "diagnosis/model", "diagnosis/search"},
     "fleet": {"diagnosis", "diagnosis/tables", "records"},
+    "watch": {
+        *("diagnosis/data", "diagnosis/model", "diagnosis/search", "models/estimation"),
+        *("models/identification", "records", "rigs"),
+    },
     "commissioning": {"diagnosis/tables", "firmware", "rigs", "signals/simulation"},
     "show": {
         "commissioning",
@@ -137,7 +141,7 @@ PRODUCT: dict[str, set[str]] = {
             "models/estimation",
             "models/identification",
         ),
-        *("records", "rigs", "signals/simulation"),
+        *("records", "rigs", "signals/simulation", "watch"),
     },
     "api": {
         *(
@@ -154,7 +158,7 @@ PRODUCT: dict[str, set[str]] = {
         *("diagnosis", "diagnosis/data", "diagnosis/edits", "diagnosis/tables"),
         *("diagnosis/traces", "firmware"),
         *("fitness", "fleet", "models/estimation", "models/identification", "records", "rigs"),
-        *("show", "signals/injection", "signals/simulation"),
+        *("show", "signals/injection", "signals/simulation", "watch"),
     },
 }
 # The guests of the product: nothing in the product imports one.

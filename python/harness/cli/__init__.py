@@ -44,6 +44,10 @@ VERBS = (
         ManyValues,
     ),
     Verb(
+        "watch",
+        "Watch machines over months: when something changed, by how much, and what could be seen.",
+    ),
+    Verb(
         "export",
         "Write a C++ or C header that starts the firmware's estimator from a model of a record.",
     ),

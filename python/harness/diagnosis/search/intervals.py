@@ -36,16 +36,20 @@ from .candidates import FittedCandidate, decision_case
 LEVEL = 0.9
 
 
-def covariance(problem: Problem, x: FloatArray) -> FloatArray:
+def covariance(problem: Problem, x: FloatArray, *, at_ends: bool = False) -> FloatArray:
     """Covariance of the parameters x, shape (n, n).
 
     The variance is zero where a bound holds a parameter, and infinite where nothing depends on it.
+
+    at_ends: that of parameters at a bound, too, as if it did not hold them.
     """
     step, gradients = problem.window_gradients(x)
     # A parameter that the data push against its bound does not move with them.
     at_bound = ((x <= problem.low) & (step.gradient > 0.0)) | (
         (x >= problem.high) & (step.gradient < 0.0)
     )
+    if at_ends:
+        at_bound = problem.low == problem.high
     unseen = ~at_bound & (np.diag(step.hessian) <= 0.0)
     free = np.flatnonzero(~at_bound & ~unseen)
     hessian = step.hessian[np.ix_(free, free)]
@@ -64,12 +68,14 @@ def deviations(problem: Problem, x: FloatArray) -> FloatArray:
     return np.asarray(np.sqrt(np.maximum(np.diag(covariance(problem, x)), 0.0)))
 
 
-def candidate_covariance(case: Case, candidate: FittedCandidate) -> tuple[FloatArray, int]:
+def candidate_covariance(
+    case: Case, candidate: FittedCandidate, *, at_ends: bool = False
+) -> tuple[FloatArray, int]:
     """Returns the covariance of the x of a candidate, shape (n, n), and the number of windows used.
 
     The fit leaves out nuisances that the record cannot separate from an effect. Here they are
     included with the uncertainty of their priors, which adds to that of the effect that stands for
-    them.
+    them. at_ends: as of `covariance`.
     """
     fine = decision_case(case)
     problem = fine.problem(candidate.effects, unseen=True, laws=candidate.laws)
@@ -79,7 +85,7 @@ def candidate_covariance(case: Case, candidate: FittedCandidate) -> tuple[FloatA
     x = problem.centre()
     x[indices] = candidate.x
     windows = sum(int(np.unique(record.window[record.used]).size) for record in problem.records)
-    return covariance(problem, x)[np.ix_(indices, indices)], windows
+    return covariance(problem, x, at_ends=at_ends)[np.ix_(indices, indices)], windows
 
 
 def candidate_deviations(case: Case, candidate: FittedCandidate) -> tuple[FloatArray, int]:

@@ -1,0 +1,237 @@
+# SPDX-License-Identifier: MIT
+"""Fits the logs that are new in a folder, and tells what changed in each machine, and when."""
+
+from __future__ import annotations
+
+import functools
+import json
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from datetime import datetime, timedelta
+from pathlib import Path
+from typing import Literal
+
+import numpy as np
+from scipy.stats import norm
+
+import ehsid
+
+from ..base.error_words import error_words
+from ..base.exchange import sha256_of
+from ..base.parallel import run_unordered
+from ..catalogue.spellings import ParameterKey
+from ..records import Record
+from ..rigs import Rig
+from .changes import BASELINE, LEVEL, Change, Course, changes, levels, threshold
+from .logs import RIG, DatedLog, dated_logs, machines_in
+from .store import Fitted, History, Row
+from .tracking import GAP, SERVO, Told, estimated, tracked_effects
+
+# Days of the shortest history from which the number of logs a year is told.
+LEAST_DAYS = 30.0
+YEAR = 365.25
+
+# Reads a log with the layout that the rig file names; raises ValueError or OSError where it cannot.
+Read = Callable[[Path, Rig], Record]
+
+
+@dataclass(frozen=True)
+class WatchedChange:
+    """A change of a quantity, with dates."""
+
+    kind: Literal["step", "growth"]
+    """A step, or the begin of a growth."""
+    date: str
+    date90: tuple[str, str]
+    """Most probable date, and the interval that holds it with 90 %; ISO 8601."""
+    size: float
+    size90: tuple[float, float]
+    """The step, or the growth in a month, with its interval of 90 %; unit of the quantity."""
+    noticed: str
+    """Date of the log that gave the alarm."""
+
+
+@dataclass(frozen=True)
+class WatchedQuantity:
+    """The course of a quantity over N logs."""
+
+    name: str
+    unit: str
+    dates: tuple[str, ...]
+    values: tuple[float, ...]
+    deviations: tuple[float, ...]
+    """Of each log the date, the estimate, and its standard deviation within the log."""
+    pooled: tuple[float, ...]
+    pooled90: tuple[tuple[float, float], ...]
+    """The same with the other logs of its time, and its interval of 90 %."""
+    could_be_seen: tuple[float, ...]
+    """Step that two logs like this one would have shown, with a probability of 90 %."""
+    changes: tuple[WatchedChange, ...]
+    """Oldest first."""
+
+    @property
+    def now(self) -> tuple[float, float, float]:
+        """Pooled value of the last log, and its interval."""
+        return (self.pooled[-1], *self.pooled90[-1])
+
+
+@dataclass(frozen=True)
+class WatchedMachine:
+    """A machine and what its logs tell."""
+
+    name: str
+    logs: int
+    first: str
+    last: str
+    """Number of logs that could be fitted, and dates of the first and the last one."""
+    refused: Mapping[str, str]
+    """Logs that tell nothing, with the reason."""
+    oil_temperature: bool
+    """Whether the temperature of the oil is logged, and its influence is taken out."""
+    quantities: tuple[WatchedQuantity, ...]
+    """Those with changes first."""
+
+    @property
+    def changed(self) -> tuple[WatchedQuantity, ...]:
+        """Quantities with a change."""
+        return tuple(each for each in self.quantities if each.changes)
+
+
+@dataclass(frozen=True)
+class Watch:
+    """What `watch.json` has."""
+
+    schema_version: Literal[1]
+    ehsid_version: str
+    false_alarms_a_year: float
+    """Alarms a year of each machine on which nothing changes, for all quantities together."""
+    machines: tuple[WatchedMachine, ...]
+
+
+def new_logs(
+    folder: Path, history: History, rigs: Mapping[str, Rig], effects: Sequence[str]
+) -> list[tuple[DatedLog, str, str]]:
+    """Returns the logs that the history does not have yet, each with its digest and settings.
+
+    Raises
+    ------
+    ValueError
+        a log has no date in its name.
+    """
+    new = []
+    for machine in machines_in(folder):
+        name = machine.resolve().name
+        if name not in rigs:
+            continue
+        rig_digest = sha256_of(machine / RIG)
+        watched = tracked_effects(rigs[name], effects)
+        settings = json.dumps([ehsid.__version__, rig_digest, *watched])
+        known = history.settings(name)
+        for log in dated_logs(machine):
+            digest = sha256_of(log.path)
+            if known.get(log.path.name) != (digest, settings):
+                new.append((log, digest, settings))
+    return new
+
+
+def fit_logs(
+    new: Sequence[tuple[DatedLog, str, str]], rigs: Mapping[str, Rig], read: Read
+) -> Iterator[Fitted]:
+    """Fits logs on all workers; yields each as soon as it is done, in any order."""
+    tasks = (
+        functools.partial(
+            _fit, log, digest, settings, rigs[log.machine], tuple(json.loads(settings)[2:]), read
+        )
+        for log, digest, settings in new
+    )
+    yield from run_unordered(tasks)
+
+
+def _fit(
+    log: DatedLog, digest: str, settings: str, rig: Rig, effects: tuple[str, ...], read: Read
+) -> Fitted:
+    try:
+        told = estimated(read(log.path, rig), rig, effects)
+    except Exception as error:  # whatever a log has, it does not end the others
+        words = error_words(error) if isinstance(error, ValueError | OSError) else None
+        told = Told(refused=words or f"{type(error).__name__}: {error}")
+    return Fitted(log, digest, settings, told)
+
+
+def watched(name: str, rows: Sequence[Row]) -> WatchedMachine:
+    """Returns what the logs of a machine tell, oldest first in `rows`."""
+    told = [row for row in rows if not row.told.refused]
+    refused = {row.name: row.told.refused for row in rows if row.told.refused}
+    temperatures = [row.told.temperature_c for row in told]
+    warm = bool(told) and all(each is not None for each in temperatures)
+    names = dict.fromkeys(e.quantity for row in told for e in row.told.estimates)
+    usable = [
+        quantity
+        for quantity in names
+        if sum(any(e.quantity == quantity for e in row.told.estimates) for row in told) > BASELINE
+    ]
+    quantities = [_quantity(quantity, told, len(usable), warm) for quantity in usable]
+    quantities.sort(key=lambda each: (not each.changes, _rank(each.name)))
+    dates = [row.date.isoformat() for row in told] or [""]
+    return WatchedMachine(name, len(told), dates[0], dates[-1], refused, warm, tuple(quantities))
+
+
+def _rank(quantity: str) -> int:
+    """Effects first, then values of the rig, the servo, and the gap that stays."""
+    if quantity == GAP:
+        return 3
+    if quantity in SERVO.values():
+        return 2
+    return 0 if ParameterKey(quantity).effect is not None else 1
+
+
+def _quantity(quantity: str, told: Sequence[Row], count: int, warm: bool) -> WatchedQuantity:
+    rows, estimates = [], []
+    for row in told:
+        for estimate in row.told.estimates:
+            if estimate.quantity == quantity:
+                rows.append(row)
+                estimates.append(estimate)
+    first = rows[0].date
+    days = np.array([(row.date - first).total_seconds() / 86400.0 for row in rows])
+    covariates = np.empty((len(rows), 0))
+    if warm:
+        temperature = np.array([float(row.told.temperature_c or 0.0) for row in rows])
+        if np.ptp(temperature) > 0.0:
+            covariates = (temperature - temperature.mean())[:, np.newaxis]
+    course = Course(
+        days,
+        np.array([estimate.value for estimate in estimates]),
+        np.array([estimate.deviation for estimate in estimates]),
+        covariates,
+    )
+    limit = threshold(YEAR * len(rows) / max(float(days[-1]), LEAST_DAYS), count)
+    found = changes(course, limit)
+    pooled = levels(course, found, limit)
+    reach = float(norm.ppf(0.5 + LEVEL / 2)) * pooled.deviation
+    return WatchedQuantity(
+        quantity,
+        estimates[0].unit,
+        tuple(row.date.isoformat() for row in rows),
+        tuple(course.values.tolist()),
+        tuple(course.deviations.tolist()),
+        tuple(pooled.mean.tolist()),
+        tuple(zip((pooled.mean - reach).tolist(), (pooled.mean + reach).tolist(), strict=True)),
+        tuple(pooled.seen.tolist()),
+        tuple(_dated(change, first) for change in found),
+    )
+
+
+def _dated(change: Change, first: datetime) -> WatchedChange:
+    def date(day: float) -> str:
+        return (first + timedelta(days=day)).isoformat(timespec="minutes")
+
+    low, high = change.days90
+    return WatchedChange(
+        change.kind,
+        date(change.day),
+        (date(low), date(high)),
+        change.size,
+        change.size90,
+        date(change.noticed),
+    )
