@@ -98,7 +98,8 @@ def watch_lead(watch: Watch) -> list[str]:
     logs = sum(machine.logs for machine in watch.machines)
     changed = [machine for machine in watch.machines if machine.changed]
     many = "" if len(watch.machines) == 1 else f" of {len(watch.machines)} machines"
-    sentences = [f"{logs} logs{many} were fitted with the same effects."]
+    counted = f"{logs} log{'' if logs == 1 else 's'}"
+    sentences = [f"{counted}{many} fitted with the same effects."]
     if changed:
         names = ", ".join(machine.name for machine in changed[:5])
         sentences.append(f"Something changed in {names}.")
@@ -108,9 +109,12 @@ def watch_lead(watch: Watch) -> list[str]:
         f"Where nothing changes, {watch.false_alarms_a_year:g} false alarm a year and machine is "
         "expected."
     )
-    refused = sum(len(machine.refused) for machine in watch.machines)
+    refused = [one for machine in watch.machines for one in machine.refused.items()]
     if refused:
-        sentences.append(f"{refused} logs could not be used; the reasons stand below.")
+        name, why = refused[0]
+        many = "1 log" if len(refused) == 1 else f"{len(refused)} logs"
+        such = ": " if len(refused) == 1 else ", such as "
+        sentences.append(f"{many} could not be used{such}{name} ({why.rstrip('.')}).")
     return sentences
 
 

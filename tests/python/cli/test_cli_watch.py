@@ -93,7 +93,7 @@ def test_a_log_that_cannot_be_read_is_named_and_the_others_are_told(machine: Pat
     (machine / "2026-12-24-99.csv").write_text("this is no record\n")
     code, said = run("press7")
     assert code == 0
-    assert "1 logs could not be used" in said
+    assert "1 log could not be used: 2026-12-24-99.csv (" in said
     assert "2026-12-24-99.csv: " in Path("history/watch.html").read_text(encoding="utf-8")
 
 

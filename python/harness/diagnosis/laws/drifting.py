@@ -141,7 +141,7 @@ def _joined(parts: list[Quadratic]) -> Quadratic:
 
 
 def _left(errors: Quadratic, change: FloatArray) -> float:
-    """Mean of ln(errors / tolerated errors) behind a change, as of `decision.posterior.left`."""
+    """Mean of ln(errors / tolerated errors) behind a change, as of `search.score.left`."""
     power = errors.power_after(change)
     excess = 0.5 * errors.independent * np.log1p(power / errors.tolerated)
     return float(excess.sum() / errors.independent.sum())
