@@ -40,6 +40,9 @@ FAMILIES = {
     "hysteresis": {"none", "play", "Prandtl-Ishlinskii"},
     "noise": {"nearly white", "coloured"},
     "timing": {"late by 0.5 %", "late by 2 %"},
+    "air": {"below 100 ppm", "from 100 ppm on"},
+    "clock": {"to 1 ms", "1 to 5 ms", "above 5 ms"},
+    "bore": {"to 40 mm", "40 to 80 mm", "above 80 mm"},
 }
 
 
