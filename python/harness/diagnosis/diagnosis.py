@@ -26,7 +26,7 @@ from .decision.hypotheses import SHOWN, posterior
 from .decision.inside import Inside, evidence_of
 from .decision.verdict import Decision, decide
 from .job import LOGGER, Begun, Pace, Watch, look_for
-from .laws.choosing import LawsFound, missing_laws
+from .laws.choosing import SPRINGS, LawsFound, missing_laws
 from .laws.drifting import Drift, values_that_drift
 from .laws.fitting import equation_shares
 from .laws.forms import sentence
@@ -483,14 +483,19 @@ def _with_missing_laws(
 ) -> _Evaluation:
     """Adds the laws of a cause outside of the catalogue, as far as they can be told.
 
-    The set that is then named is that of the effects that the laws do not make needless. Whatever
-    was named: where such a cause is not excluded, a law that is found can decide.
+    The set that is then named is that of the effects that the laws do not make needless. Where no
+    set of effects is more probable than such a cause, and it is not excluded, a law that is found
+    can decide; so it can beside a spring, which a law may take in.
     """
     case, search_result = evaluation.case, evaluation.search_result
     if case.engine is not None:  # a law needs the equations of the simulator
         return evaluation
     ahead, probabilities = evaluation.selection.best, evaluation.selection.posterior
-    if probabilities.outside < FIT_TOGETHER:
+    sets = [share for families, share in probabilities.by_families() if families]
+    asked = max(sets, default=0.0) <= probabilities.outside or not set(SPRINGS).isdisjoint(
+        ahead.effects
+    )
+    if not asked or probabilities.outside < FIT_TOGETHER:
         return evaluation
     _tell(look, "laws", search_result, ahead, tasks=2 if ahead.effects else 1)
     laws = missing_laws(case, search_result.calibrated, ahead, pace.within)
