@@ -35,6 +35,8 @@ if TYPE_CHECKING:  # editors and type checkers read this, Python follows the tab
     from ehsid.harness.api.rig import Rig as Rig
     from ehsid.harness.api.simulate import Simulation as Simulation
     from ehsid.harness.api.simulate import simulate as simulate
+    from ehsid.harness.api.watch import Watch as Watch
+    from ehsid.harness.api.watch import watch as watch
 
 # Name -> module of ehsid.harness.api that has it.
 _LAZY = {
@@ -44,11 +46,13 @@ _LAZY = {
     "Record": "record",
     "Rig": "rig",
     "Simulation": "simulate",
+    "Watch": "watch",
     "diagnose": "diagnose",
     "estimate": "estimate",
     "identify": "identify",
     "read": "record",
     "simulate": "simulate",
+    "watch": "watch",
 }
 
 

@@ -151,7 +151,15 @@ PRODUCT: dict[str, set[str]] = {
             "models/estimation",
             "models/identification",
         ),
-        *("records", "rigs", "simulators", "show", "signals/excitation", "signals/simulation"),
+        *(
+            "records",
+            "rigs",
+            "simulators",
+            "show",
+            "signals/excitation",
+            "signals/simulation",
+            "watch",
+        ),
     },
     "cli": {
         "commissioning",

@@ -11,7 +11,7 @@ import typer
 
 from ..base.files import result_folder
 from ..records import NO_HINTS, Hints, Record
-from ..rigs import Rig, read_rig
+from ..rigs import Rig
 from .console import Console, note, print_blocks, refuse
 from .gap import fail_if, read_for
 from .options import AsJson, Dask, Maps, SamplingTime, Workers, hints_of, on
@@ -65,39 +65,30 @@ def watch_command(
 
     ehsid watch machines --out history --track entrained_air --fail-on change --quiet
     """
-    from ..catalogue.parameters import effects as catalogue
-    from ..records.errors import nearest_name
+    from ..base.parallel import run_unordered
     from ..show.watch_page import FILES, write_watch
-    from ..watch.logs import RIG, machines_in
     from ..watch.store import FILE, opened
     from ..watch.tracking import WEAR
-    from ..watch.watching import fit_logs, new_logs
+    from ..watch.watching import fits_of_new, logs_in, told_of
     from .progress import progress_of
 
-    for effect in track or ():
-        if effect not in catalogue():
-            refuse(
-                f"--track: there is no effect '{effect}'; expected one of 'ehsid effects', such as "
-                f"'{nearest_name(effect, list(catalogue()))}'"
-            )
     if out.resolve().is_relative_to(folder.resolve()):
         refuse(f"--out {out}: lies in {folder}; name a folder outside of it")
-    machines = machines_in(folder)
-    rigs = {machine.resolve().name: read_rig(machine / RIG) for machine in machines}
-    hints = hints_of(maps, sampling_time)
+    # Nothing is written before all names and rig files are known to be right.
+    machines = logs_in(folder, track or WEAR)
+    read = functools.partial(read_log, hints=hints_of(maps, sampling_time))
     out.mkdir(parents=True, exist_ok=True)
     with opened(out / FILE) as history:
-        new = new_logs(folder, history, rigs, track or WEAR)
+        new = fits_of_new(machines, history, read)
         if new:
             logs = f"{len(new)} log{'' if len(new) == 1 else 's'}"
             with on(dask, workers), progress_of(f"fitting {logs}") as progress:
-                fits = fit_logs(new, rigs, functools.partial(read_log, hints=hints))
-                for count, fit in enumerate(fits, 1):
+                for count, fit in enumerate(run_unordered(new), 1):
                     history.add(fit)
                     progress(count / len(new))
         else:
             note("no log is new; the history is told again")
-        watch = _told(history, machines)
+        watch = told_of(machines, history)
     with result_folder(out, "watch", FILES) as made:
         write_watch(watch, made)
     page = out / "watch.html"
@@ -111,29 +102,13 @@ def watch_command(
         fail_if([machine.name for machine in watch.machines if machine.changed], "a change")
 
 
-def _told(history: object, machines: list[Path]) -> Watch:
-    import ehsid
-
-    from ..watch.logs import dated_logs
-    from ..watch.store import History
-    from ..watch.watching import Watch, watched
-
-    assert isinstance(history, History)
-    told = []
-    for machine in machines:
-        name = machine.resolve().name
-        rows = history.rows(name, [log.path.name for log in dated_logs(machine)])
-        told.append(watched(name, rows))
-    return Watch(1, ehsid.__version__, 1.0, tuple(told))
-
-
 def _print(watch: Watch, page: Path, console: Console) -> None:
     from ..show.page import Table
-    from ..show.watch_page import change_rows, watch_lead
+    from ..show.watch_page import CHANGES, change_rows, watch_lead
 
     for sentence in watch_lead(watch):
         console.print(sentence)
     rows = change_rows(watch)
     if rows:
-        print_blocks([Table("", ("machine", "what", "change", "date, 90 %"), rows)], console)
+        print_blocks([Table("", CHANGES, rows)], console)
     console.print(f"\nreport: {page}", soft_wrap=True)

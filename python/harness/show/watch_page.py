@@ -26,6 +26,8 @@ from .plotting import BLUE, GREY, VERMILION, styled
 from .seen_words import ASKED_IN
 
 FILES = ("watch.html", "watch.json")
+# Head of the table of `change_rows`.
+CHANGES = ("machine", "what", "change", "date, 90 %")
 # Panels of the picture of a machine: those with changes first.
 MOST_PANELS = 8
 WORDS = {GAP: "gap that stays", **{name: key for key, name in SERVO.items()}}
@@ -132,7 +134,7 @@ def watch_page(watch: Watch) -> Page:
     sections = []
     rows = change_rows(watch)
     if rows:
-        table = Table("Oldest first.", ("machine", "what", "change", "date, 90 %"), rows)
+        table = Table("Oldest first.", CHANGES, rows)
         sections.append(Section("What changed, and when", [table]))
     sections += [
         _machine(machine, is_first=place == 0) for place, machine in enumerate(watch.machines)

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import functools
 import json
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from datetime import datetime, timedelta
 from pathlib import Path
@@ -18,14 +18,15 @@ import ehsid
 
 from ..base.error_words import error_words
 from ..base.exchange import sha256_of
-from ..base.parallel import run_unordered
+from ..catalogue.parameters import effects as catalogue
 from ..catalogue.spellings import ParameterKey
 from ..records import Record
-from ..rigs import Rig
+from ..records.errors import nearest_name
+from ..rigs import Rig, read_rig
 from .changes import BASELINE, LEVEL, Change, Course, changes, levels, threshold
 from .logs import RIG, DatedLog, dated_logs, machines_in
 from .store import Fitted, History, Row
-from .tracking import GAP, SERVO, Told, estimated, tracked_effects
+from .tracking import GAP, SERVO, WEAR, Told, estimated, tracked_effects
 
 # Days of the shortest history from which the number of logs a year is told.
 LEAST_DAYS = 30.0
@@ -108,43 +109,58 @@ class Watch:
     machines: tuple[WatchedMachine, ...]
 
 
-def new_logs(
-    folder: Path, history: History, rigs: Mapping[str, Rig], effects: Sequence[str]
-) -> list[tuple[DatedLog, str, str]]:
-    """Returns the logs that the history does not have yet, each with its digest and settings.
+@dataclass(frozen=True)
+class MachineLogs:
+    """The logs of a machine, and what they are fitted with."""
+
+    name: str
+    rig: Rig
+    effects: tuple[str, ...]
+    """Ids of the effects that are watched."""
+    settings: str
+    """What else than the log determines what it tells: version, rig file and effects."""
+    logs: tuple[DatedLog, ...]
+    """Oldest first."""
+
+
+def logs_in(folder: Path, effects: Sequence[str] = WEAR) -> list[MachineLogs]:
+    """Returns the machines of a folder with their logs; nothing is written.
 
     Raises
     ------
     ValueError
-        a log has no date in its name.
+        the folder has no machine, a rig file is wrong, a log has no date in its name, or an effect
+        is not in the catalogue.
     """
-    new = []
+    for effect in effects:
+        if effect not in catalogue():
+            raise ValueError(
+                f"--track: there is no effect '{effect}'; expected one of 'ehsid effects', such as "
+                f"'{nearest_name(effect, list(catalogue()))}'"
+            )
+    machines = []
     for machine in machines_in(folder):
-        name = machine.resolve().name
-        if name not in rigs:
-            continue
-        rig_digest = sha256_of(machine / RIG)
-        watched = tracked_effects(rigs[name], effects)
-        settings = json.dumps([ehsid.__version__, rig_digest, *watched])
-        known = history.settings(name)
-        for log in dated_logs(machine):
+        rig = read_rig(machine / RIG)
+        tracked = tracked_effects(rig, effects)
+        settings = json.dumps([ehsid.__version__, sha256_of(machine / RIG), *tracked])
+        name, logs = machine.resolve().name, tuple(dated_logs(machine))
+        machines.append(MachineLogs(name, rig, tracked, settings, logs))
+    return machines
+
+
+def fits_of_new(
+    machines: Sequence[MachineLogs], history: History, read: Read
+) -> list[Callable[[], Fitted]]:
+    """Returns a fit for each log that the history does not have yet, to be called anywhere."""
+    fits: list[Callable[[], Fitted]] = []
+    for machine in machines:
+        known = history.settings(machine.name)
+        for log in machine.logs:
             digest = sha256_of(log.path)
-            if known.get(log.path.name) != (digest, settings):
-                new.append((log, digest, settings))
-    return new
-
-
-def fit_logs(
-    new: Sequence[tuple[DatedLog, str, str]], rigs: Mapping[str, Rig], read: Read
-) -> Iterator[Fitted]:
-    """Fits logs on all workers; yields each as soon as it is done, in any order."""
-    tasks = (
-        functools.partial(
-            _fit, log, digest, settings, rigs[log.machine], tuple(json.loads(settings)[2:]), read
-        )
-        for log, digest, settings in new
-    )
-    yield from run_unordered(tasks)
+            if known.get(log.path.name) != (digest, machine.settings):
+                given = (machine.settings, machine.rig, machine.effects, read)
+                fits.append(functools.partial(_fit, log, digest, *given))
+    return fits
 
 
 def _fit(
@@ -156,6 +172,15 @@ def _fit(
         words = error_words(error) if isinstance(error, ValueError | OSError) else None
         told = Told(refused=words or f"{type(error).__name__}: {error}")
     return Fitted(log, digest, settings, told)
+
+
+def told_of(machines: Sequence[MachineLogs], history: History) -> Watch:
+    """Returns what the history tells of the logs that are in the folders now."""
+    told = [
+        watched(each.name, history.rows(each.name, [log.path.name for log in each.logs]))
+        for each in machines
+    ]
+    return Watch(1, ehsid.__version__, 1.0, tuple(told))
 
 
 def watched(name: str, rows: Sequence[Row]) -> WatchedMachine:

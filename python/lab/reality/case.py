@@ -199,7 +199,7 @@ def make_case(
     def with_sizes(sizes_by_effect: Mapping[str, Sizes]) -> Truth:
         afflicted = sound
         for effect, sizes in sizes_by_effect.items():
-            afflicted = _definition(effect).put(afflicted, sizes, structure["bristle_m"])
+            afflicted = definition_of(effect).put(afflicted, sizes, structure["bristle_m"])
         return with_variants(afflicted, variants, sizes_by_effect)
 
     machine = with_sizes(sizes_by_effect)
@@ -232,7 +232,7 @@ def make_case(
             noise.position_step_m, sizes_by_effect.get("sensor_quantisation", {}).get("step_m", 0.0)
         )
         quantised = machine._replace(sensor_step_m=step)
-        every = _record(quantised, rig, task, noise, record_faults, sensors, dt_s)
+        every = record_of(quantised, rig, task, noise, record_faults, sensors, dt_s)
         return {name: column[::logged_every] for name, column in every.items()}
 
     draws, small = Draws(task_rng, noise_rng, fault_rng), grade == "confusable"
@@ -258,7 +258,7 @@ def make_case(
         "plant": plant,
         "grade": grade,
         "effects": {effect: dict(sizes) for effect, sizes in sizes_by_effect.items()},
-        "subsystem": [_definition(effect).subsystem for effect in sizes_by_effect],
+        "subsystem": [definition_of(effect).subsystem for effect in sizes_by_effect],
         "excitation": list(excitations),
         "transfer_excitation": transfer_excitation,
         "open_loop": list(open_loop),
@@ -308,7 +308,14 @@ class Draws(NamedTuple):
     faults: np.random.Generator
 
 
-def _definition(effect: str) -> Effect:
+def definition_of(effect: str) -> Effect:
+    """Returns how an effect is drawn and put into a machine.
+
+    Raises
+    ------
+    ValueError
+        there is no effect of this name.
+    """
     unnamed = {name: law.effect for name, law in UNNAMED.items()}
     known = {**CATALOGUE, **ADDED_EFFECTS, **OUTSIDE, **FIELD, **unnamed, LINKAGE: BOOM}
     if effect not in known:
@@ -349,7 +356,7 @@ def _sizes(
     if len(chosen) != count:
         raise ValueError(f"kind '{kind}' has {count} effects, {len(chosen)} are given: {chosen}")
     given = requested if isinstance(requested, Mapping) else {}
-    return {name: given.get(name) or _definition(name).draw(rng, rig) for name in chosen}
+    return {name: given.get(name) or definition_of(name).draw(rng, rig) for name in chosen}
 
 
 def _draw_excitation(rng: np.random.Generator, grade: Grade) -> tuple[Excitation, Excitation]:
@@ -367,7 +374,7 @@ def _another_excitation(
     return unused[int(rng.integers(len(unused)))]
 
 
-def _record(
+def record_of(
     machine: Truth,
     rig: NominalRig,
     task: Task,
@@ -376,6 +383,7 @@ def _record(
     sensors: Sensors,
     dt_s: float,
 ) -> dict[str, FloatArray]:
+    """Returns the columns that the logger writes, SI, from the end of BEFORE_S on."""
     sent, out = _run(machine, task, noise, record_faults, dt_s)
     first = round(BEFORE_S / dt_s)
     if record_faults.clock_rate != 0.0:

@@ -14,7 +14,7 @@ import numpy as np
 
 from ehsid.harness.base.numbers import FloatArray
 
-from .case import BEFORE_S, Sensors, _definition, _record, make_case
+from .case import BEFORE_S, Sensors, definition_of, make_case, record_of
 from .effects import Sizes
 from .excitation import draw_task
 from .noise import draw_noise, usual_logger
@@ -81,12 +81,12 @@ def make_life(
         )
         sizes = plan(day)
         for effect, one in sizes.items():
-            machine = _definition(effect).put(machine, one, case.answer["structure"]["bristle_m"])
+            machine = definition_of(effect).put(machine, one, case.answer["structure"]["bristle_m"])
         excitation = ("multisine", "steps", "triangle")[place % 3]
         task = draw_task(rng, rig, excitation, samples, dt_s, False, None)  # type: ignore[arg-type]
         noise = draw_noise(rng, rig, samples, logger)
         no_faults = faults({}, rng, samples, dt_s)
-        columns = _record(machine, rig, task, noise, no_faults, sensors, dt_s)
+        columns = record_of(machine, rig, task, noise, no_faults, sensors, dt_s)
         if logs_temperature:
             measured = 45.0 + warmer + float(rng.normal(0.0, 0.5))
             columns["temperature_c"] = np.full(columns["command_v"].size, measured)

@@ -116,4 +116,5 @@ def test_what_cannot_be_watched_is_said(machine: Path, words: tuple[str, ...], s
     done = CliRunner().invoke(cli, ["watch", *words, *out])
     assert done.exit_code == 2
     assert says in " ".join(done.output.split())
-    assert not Path("history/watch.html").exists()
+    assert not Path("history").exists()
+    assert not Path("press7/history").exists()

@@ -38,12 +38,11 @@ def test_the_date_stands_in_the_name(name: str, date: tuple[int, ...] | None) ->
 
 def test_logs_are_sorted_by_date_and_need_one(tmp_path: Path) -> None:
     (tmp_path / "rig.toml").touch()
-    for name in ("b_2026-01-02.csv", "a_2026-01-03.csv"):
+    # Neither the order of the names nor that in which they are made.
+    names = ["m_2026-01-02.csv", "z_2026-01-03.csv", "a_2026-01-04.csv"]
+    for name in (names[1], names[2], names[0]):
         (tmp_path / name).write_text("x")
-    assert [log.path.name for log in dated_logs(tmp_path)] == [
-        "b_2026-01-02.csv",
-        "a_2026-01-03.csv",
-    ]
+    assert [log.path.name for log in dated_logs(tmp_path)] == names
     assert machines_in(tmp_path) == [tmp_path]
     (tmp_path / "run7.csv").write_text("x")
     with pytest.raises(ValueError, match=r"no date in the name of run7\.csv: expected one such as"):

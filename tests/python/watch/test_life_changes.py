@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from dataclasses import replace
 
@@ -80,6 +81,8 @@ def test_a_change_is_told_with_kind_date_and_size(kind: str, size: float) -> Non
         found = changes(replace(course, values=course.values + size * shape), LIMIT)
         change = max(found, key=lambda each: each.statistic)
         assert change.kind == kind
+        # The alarm is given by a log behind the change that the logs until then tell.
+        assert change.noticed >= change.day
         assert change.noticed > day
         assert change.days90[0] <= change.day <= change.days90[1]
         dates += change.days90[0] <= day <= change.days90[1]
@@ -163,6 +166,18 @@ def test_a_step_as_large_as_could_be_seen_is_mostly_seen() -> None:
         values = course.values + size * (np.arange(40) >= 38)
         seen += bool(changes(replace(course, values=values), LIMIT))
     assert 75 <= seen <= 100
+
+
+def test_an_alarm_that_later_logs_do_not_bear_out_is_withdrawn() -> None:
+    """With a limit that chance passes in each year."""
+    withdrawn = 0
+    for seed in range(10):
+        course = quiet(seed, 40)
+        found = [changes(course.part(0, end), 3.0) for end in range(BASELINE, 41)]
+        withdrawn += any(len(late) < len(early) for early, late in itertools.pairwise(found))
+        for end, each in zip(range(BASELINE, 41), found, strict=True):
+            assert all(LEAST_AFTER <= change.first <= end - LEAST_AFTER for change in each)
+    assert withdrawn > 0
 
 
 def test_a_short_history_tells_no_change() -> None:
