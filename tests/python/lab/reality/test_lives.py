@@ -4,7 +4,9 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 
+from ehsid.lab.reality import lives
 from ehsid.lab.reality.lives import YEAR, make_life
 
 DEAD_BAND = {"valve_dead_band": {"overlap": 0.05}}
@@ -29,7 +31,11 @@ def test_a_log_depends_on_its_day_by_the_effects_only() -> None:
     assert np.max(np.abs(worn["position_m"] - healthy["position_m"])) > 0.01 * travel
 
 
-def test_summer_oil_is_warm_and_moves_the_machine() -> None:
+@pytest.mark.parametrize("unmoved", ["VISCOUS_PER_C", "BULK_PER_C"])
+def test_summer_oil_is_warm_and_changes_friction_and_stiffness(
+    unmoved: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(lives, unmoved, 0.0)  # the other one alone moves the machine, too
     summer, winter = columns(0.0, YEAR / 2.0, season_c=20.0, logs_temperature=True)
     # 45 degrees in the mean of a year, within three deviations of its sensor.
     assert abs(float(np.mean(summer["temperature_c"])) - 65.0) < 1.5
