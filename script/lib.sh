@@ -87,10 +87,21 @@ PY
 # Checksum of all that the installed package is made of.
 sources_stamp() {
   find pyproject.toml CMakeLists.txt README.md cpp bindings cmake python -type f ! -path '*__pycache__*' -print0 |
-    sort -z | xargs -0 cksum | cksum
+    LC_ALL=C sort -z | xargs -0 cksum | cksum
 }
 
-# make_venv: .venv with pip, of a Python that can compile modules.
+# ready_wheel STAMP: the wheel that script/wheel left in dist/, where its file made-of says that it was made of the sources
+# with this stamp, and its digest and version of Python fit. False otherwise.
+ready_wheel() {
+  local python wheel
+  [ "$(sed -n 1p dist/made-of 2>/dev/null)" = "$1" ] || return 1
+  (cd dist && sed 1d made-of | sha256sum --check --status) || return 1
+  wheel=$(sed -n '2s/^[0-9a-f]*  //p' dist/made-of)
+  python=$(.venv/bin/python -c 'import sys; print("cp%d%d" % sys.version_info[:2])')
+  [[ $wheel == *-$python-* ]] && printf 'dist/%s' "$wheel"
+}
+
+# make_venv: .venv with pip.
 make_venv() {
   local python
   python=$(find_python) || {
@@ -104,6 +115,11 @@ make_venv() {
       "$python" -m venv --clear .venv || fail "$python could not make .venv; its message stands above"
     }
   fi
+}
+
+# need_compiler: a compiler, and the headers of the Python of .venv.
+need_compiler() {
+  need c++ g++
   .venv/bin/python -c 'import sysconfig, os, sys
 sys.exit(not os.path.exists(os.path.join(sysconfig.get_paths()["include"], "Python.h")))' ||
     apt_install python3-dev || fail "Python's headers are missing; install python3-dev by hand"
@@ -122,37 +138,58 @@ install_packages() {
   fi
 }
 
-# compile_wheel FOLDER: ehsid as a wheel, with the build tools that are in .venv. In an environment of its own every path
-# would be new each time, and everything would be compiled again.
+# compile_wheel FOLDER [OPTION-OF-PIP]: ehsid as a wheel, with the build tools that are in .venv. In an environment of its
+# own every path would be new each time, and everything would be compiled again.
 compile_wheel() {
   CMAKE_BUILD_PARALLEL_LEVEL=${CMAKE_BUILD_PARALLEL_LEVEL:-$(nproc)} PATH="$PWD/.venv/bin:$PATH" \
-    .venv/bin/python -m pip wheel -q --disable-pip-version-check --no-build-isolation --no-deps -w "$1" .
+    .venv/bin/python -m pip wheel "${2:--q}" --disable-pip-version-check --no-build-isolation --no-deps -w "$1" .
+}
+
+# tell_compiled PROCESS LOG: now and then how many files are compiled, until the process ends.
+tell_compiled() {
+  local done
+  while kill -0 "$1" 2>/dev/null; do
+    done=$(grep -o '\[[0-9]*/[0-9]*\]' "$2" | tail -n 1)
+    [ $((SECONDS % 15)) -ne 0 ] || say "compiling ehsid ${done:+$done }..."
+    sleep 1
+  done
 }
 
 # set_up EXTRA...: .venv with the project, its dependencies and those of the extras named, e.g. `test lint`. ehsid is
-# compiled while the packages of others are fetched, which keeps one core busy at most.
+# compiled while the packages of others are fetched, which keeps one core busy at most. Without extras nobody changes
+# ehsid: then a ready wheel is taken where there is one.
 set_up() {
-  local stamp wheel=.venv/ehsid-wheel compiler=
-  need c++ g++
+  local stamp new=yes ready wheel=.venv/ehsid-wheel compiler=
   make_venv
-  install_packages build
   stamp=$(sources_stamp)
-  if [ "$(cat .venv/ehsid-stamp 2>/dev/null)" != "$stamp" ]; then
-    say "compiling ehsid for .venv: some minutes the first time"
+  [ "$(cat .venv/ehsid-stamp 2>/dev/null)" != "$stamp" ] || new=
+  if [ -n "$new" ]; then
     rm -rf "$wheel"
     mkdir "$wheel"
-    compile_wheel "$wheel" >"$wheel/log" 2>&1 &
-    compiler=$!
+  fi
+  if [ $# -eq 0 ] && ready=$(ready_wheel "$stamp"); then
+    [ -z "$new" ] || { say "taking $ready, which was made of these sources" && cp "$ready" "$wheel"; }
+  else
+    need_compiler
+    install_packages build
+    if [ -n "$new" ]; then
+      say "compiling ehsid for .venv: some minutes the first time"
+      compile_wheel "$wheel" -v >"$wheel/log" 2>&1 &
+      compiler=$!
+    fi
   fi
   (install_packages run "$@") || {
     [ -z "$compiler" ] || wait "$compiler" || true # it may not write into a folder that is tried again
     exit 1
   }
   if [ -n "$compiler" ]; then
+    tell_compiled "$compiler" "$wheel/log"
     wait "$compiler" || {
       cat "$wheel/log" >&2
       fail "ehsid could not be compiled; the compiler's message stands above"
     }
+  fi
+  if [ -n "$new" ]; then
     .venv/bin/python -m pip install -q --disable-pip-version-check --force-reinstall --no-deps "$wheel"/*.whl ||
       fail "ehsid could not be installed into .venv; pip's message stands above"
     .venv/bin/python -m pip check --disable-pip-version-check >/dev/null ||

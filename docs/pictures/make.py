@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import sys
+import tempfile
 from dataclasses import replace
 from pathlib import Path
 
@@ -19,7 +20,7 @@ HERE = Path(__file__).parent
 EXAMPLES = HERE.parents[1] / "examples"
 sys.path.insert(0, str(EXAMPLES))
 
-from known_model import changed_runs, drawn_change  # noqa: E402  the folder is known only now
+from withheld_record import found_in_records, position_figure  # noqa: E402  the folder is known only now
 
 DT_S, SAMPLES, SEED = 1e-3, 10_000, 1
 # The rig file says so much less than the flow of the valve.
@@ -38,7 +39,9 @@ def too_small_flow() -> RecordCheck:
 
 
 if __name__ == "__main__":
-    drawn_change(changed_runs(100)).savefig(HERE / "plant_change.png", dpi=100)
+    with tempfile.TemporaryDirectory() as folder:
+        found = found_in_records(Path(folder), lambda share: None)
+    position_figure(found).savefig(HERE / "first_run.png", dpi=100)
     check = too_small_flow()
     rig_check_figure(check).savefig(HERE / "rig_check.png", dpi=120)
     for finding in check.findings:

@@ -27,8 +27,6 @@ from ehsid.harness.show.fleet_page import write_fleet
 from ehsid.harness.show.gap_page import RecordLine, render_diagnosis
 from ehsid.harness.show.page import Page, Section
 from ehsid.harness.show.rendering import embedded, render_page
-from ehsid.harness.show.where_section import where_section
-from ehsid.harness.show.which_section import which_section
 from ehsid.lab.studies.pages.claims_sections import claims_picture, claims_sections, verdict_lead
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
@@ -93,14 +91,15 @@ def estimates_page(folder: Path) -> Path:
 
 def demo_page() -> str:
     from demo import demo_page
-    from known_model import known_model_sections
-    from real_record import real_record_section
-    from withheld_record import Opening
+    from real_record import crane_section, press_section
+    from withheld_record import AFTER, BEFORE, Found
 
-    made = made_diagnosis("effects")
-    sections = [where_section(made), which_section(made), Section("The answer", ["Friction."])]
-    opening = Opening(made, "It names Coulomb friction.", sections)
-    return render_page(demo_page(opening, [real_record_section(), known_model_sections(2)]))
+    time_s = 0.01 * np.arange(200)
+    record = make_record({"time_s": time_s, "position_m": np.sin(time_s)})
+    simulated = {BEFORE: np.cos(time_s), AFTER: np.sin(time_s)}
+    found = Found(made_diagnosis("effects"), record, simulated)
+    answer = Section("Was it right?", ["Friction."])
+    return render_page(demo_page(found, [answer, press_section(), crane_section()]))
 
 
 def made_page(kind: str, folder: Path) -> Path:

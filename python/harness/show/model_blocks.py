@@ -156,6 +156,8 @@ def model_told(
         numbers = plain_number(shown.factor * value, 6), plain_number(shown.factor * deviation, 2)
         rows.append((name, *numbers, shown.unit))
     orders = model.orders
+    rests = told.static_gain is not None
+    third = any((one.orders.na, one.orders.nb) == (3, 3) for one in result.by_order)
     title = f"model: na = {orders.na}, nb = {orders.nb}, nk = {orders.nk}"
     return ModelTold(
         orders=_candidates(result),
@@ -167,7 +169,9 @@ def model_told(
         advice=list(result.advice),
         coefficients=_with_units(title, ("coefficient", "value", "1-sigma"), rows, units=usual),
         roots=_roots(told, timed=result.dt_s is not None),
-        servo=_servo_lines(told, *ends),
+        # Where the third order was tried, and a model that does not integrate is better, nobody
+        # misses a servo.
+        servo=_servo_lines(told, *ends)[: 1 if rests and third else None],
     )
 
 
@@ -273,9 +277,11 @@ def _gain_line(told: Dynamics, above: Shown, below: Shown) -> str:
     if told.velocity_gain is not None:
         return f"Velocity gain K = {_figure(told.velocity_gain, factor)} {y}/s per {u}."
     if told.static_gain is not None:
+        late = "" if told.lag_s is None else f" {_figure(told.lag_s, 1e3)} ms late"
         return (
-            f"The model does not integrate: static gain {_figure(told.static_gain, factor)} {y} "
-            f"per {u}, and no velocity gain K."
+            f"The model follows a slow input{late} with a static gain of "
+            f"{_figure(told.static_gain, factor)} {y} per {u}; it does not integrate and has no "
+            "velocity gain K."
         )
     if not told.stable:
         return (

@@ -78,6 +78,19 @@ def test_without_time_and_with_another_order_there_is_no_servo() -> None:
     assert "na = 2 and nb = 2" in model_told(identified(DT_S, 2), "u", "y").servo[1]
 
 
+def test_a_model_that_is_better_than_one_of_a_servo_says_how_late_it_follows() -> None:
+    rng = np.random.default_rng(1)
+    u = rng.normal(size=2000)
+    y = arx_output(np.array([-0.5]), np.array([1.0]), 1, u, 1e-3 * rng.normal(size=u.size))
+    data = IoData.from_arrays(u, y, dt_s=DT_S)
+    both = model_told(identify(data, orders=[1, 3], delays=[1]), "u", "y").servo
+    (line,) = both
+    assert " ms late with a static gain of " in line  # 1 / (z - 0.5): two samples
+    late = float(line.partition("slow input ")[2].split()[0])
+    assert late == pytest.approx(2e3 * DT_S, rel=0.02)
+    assert len(model_told(identify(data, orders=[1], delays=[1]), "u", "y").servo) == 2
+
+
 @pytest.mark.parametrize("size", [1e-6, 1e-4, 1.0, 1e6])
 def test_the_table_of_orders_has_all_digits_at_80_columns(size: float) -> None:
     u, y = model16(seed=4, n=800, noise=1e-3)

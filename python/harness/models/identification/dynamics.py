@@ -302,6 +302,9 @@ class Dynamics:
     static_gain: Figure | None
     """B(1) / A(1) of a stable model that does not integrate: output over input at rest; else None.
     """
+    lag_s: Figure | None
+    """How late such a model follows a slow input, in seconds, its delay included: -d arg G / d
+    omega at omega = 0. None without a static gain or a sampling time."""
     servo: Servo | None
     """The servo that the model is; None where it is none."""
     why_no_servo: str
@@ -328,12 +331,14 @@ def dynamics(model: ArxModel, dt_s: float | None) -> Dynamics:
     gain = None if servo is None else servo.gain
     if gain is None and slope is not None and dt_s is not None and stable:
         gain = Figure(slope, None)
+    at_rest = stable and not integrates
     return Dynamics(
         poles,
         _roots(roots.zeros, None, None),
         stable,
         gain,
-        _static_gain(model) if stable and not integrates else None,
+        _static_gain(model) if at_rest else None,
+        _lag(model, dt_s) if at_rest and dt_s is not None else None,
         servo,
         why,
     )
@@ -371,6 +376,24 @@ def _static_gain(model: ArxModel) -> Figure | None:
     slope = np.concatenate((np.full(na, -gain), np.ones(nb))) / at_rest
     variance = float(slope @ model.covariance[: na + nb, : na + nb] @ slope)
     return Figure(gain, float(np.sqrt(variance)) if variance >= 0.0 else None)
+
+
+def _lag(model: ArxModel, dt_s: float) -> Figure | None:
+    """Returns dt (sum k b_k / B(1) - sum k a_k / A(1)), k in samples; None if a sum is zero.
+
+    Each term is the mean of k with the coefficients as weights, whose derivative by a coefficient
+    is (k - mean) / sum: the deviation is by the delta method.
+    """
+    orders = model.orders
+    at_a, at_b = np.arange(1, orders.na + 1), orders.nk + np.arange(orders.nb)
+    of_a, of_b = 1.0 + float(np.sum(model.a)), float(np.sum(model.b))
+    if of_a == 0.0 or of_b == 0.0:
+        return None
+    in_a, in_b = float(at_a @ model.a) / of_a, float(at_b @ model.b) / of_b
+    slope = dt_s * np.concatenate((-(at_a - in_a) / of_a, (at_b - in_b) / of_b))
+    used = slope.size
+    variance = float(slope @ model.covariance[:used, :used] @ slope)
+    return Figure(dt_s * (in_b - in_a), float(np.sqrt(variance)) if variance >= 0.0 else None)
 
 
 def _servo(model: ArxModel, dt_s: float | None) -> tuple[Servo | None, str]:

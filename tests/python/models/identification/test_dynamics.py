@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import cmath
 import math
 
 import numpy as np
@@ -52,6 +53,20 @@ def test_a_model_that_does_not_integrate_has_a_static_gain_with_its_deviation() 
     assert found.static_gain.value == pytest.approx(2.0)
     # d(b / (1 + a)) = (db - 2 da) / 0.5
     assert found.static_gain.deviation == pytest.approx(deviation * math.sqrt(5.0) / 0.5)
+
+
+def test_the_lag_is_the_slope_of_the_phase_at_rest() -> None:
+    deviation = 1e-3
+    model = model_of([-0.5], [1.0], deviation)
+    found = dynamics(model, DT_S).lag_s
+    assert found is not None
+    omega = 1e-3
+    phase = cmath.phase(1.0 / cmath.exp(1j * omega) / (1.0 - 0.5 / cmath.exp(1j * omega)))
+    # The phase is odd in omega: its next term is smaller by omega squared.
+    assert found.value == pytest.approx(-DT_S * phase / omega, rel=1e-5)
+    # -a / (1 + a) has the derivative -1 / (1 + a)^2; a single b moves no phase.
+    assert found.deviation == pytest.approx(DT_S * deviation / 0.25)
+    assert dynamics(model, None).lag_s is None
 
 
 @pytest.mark.parametrize("poles", [[1.1], [0.5, 1.02], [0.5, -1.1], [1.0, 0.9 + 0.6j, 0.9 - 0.6j]])
