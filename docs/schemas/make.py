@@ -11,6 +11,7 @@ from ehsid.harness.diagnosis import schema
 from ehsid.harness.diagnosis.edits import EditTest
 from ehsid.harness.fitness import RigCheckFile
 from ehsid.harness.fleet import Fleet
+from ehsid.harness.hunt.hunting import Hunt
 from ehsid.harness.models.estimation import Estimates
 from ehsid.harness.watch.watching import Watch
 from ehsid.hil.result_file import HilFile
@@ -26,6 +27,7 @@ SCHEMAS = {
     "estimates.json": json_schema(Estimates, "estimates.json of ehsid estimate on a folder"),
     "fleet.json": json_schema(Fleet, "fleet.json of ehsid gap-fleet, schema version 1"),
     "hil.json": json_schema(HilFile, "hil.json of ehsid hil, schema version 1"),
+    "hunt.json": json_schema(Hunt, "hunt.json of ehsid hunt, schema version 1"),
     "rig_check.json": json_schema(RigCheckFile, "rig_check.json of ehsid rig check"),
     "score.json": json_schema(ScoreFile, "score.json of ehsid gap-check"),
     "seal.json": json_schema(Seal, "seal.json of ehsid gap-check"),

@@ -28,6 +28,8 @@ if TYPE_CHECKING:  # editors and type checkers read this, Python follows the tab
     from ehsid.harness.api.diagnose import diagnose as diagnose
     from ehsid.harness.api.estimate import Estimation as Estimation
     from ehsid.harness.api.estimate import estimate as estimate
+    from ehsid.harness.api.hunt import Hunt as Hunt
+    from ehsid.harness.api.hunt import hunt as hunt
     from ehsid.harness.api.identify import Identification as Identification
     from ehsid.harness.api.identify import identify as identify
     from ehsid.harness.api.record import Record as Record
@@ -42,6 +44,7 @@ if TYPE_CHECKING:  # editors and type checkers read this, Python follows the tab
 _LAZY = {
     "Diagnosis": "diagnose",
     "Estimation": "estimate",
+    "Hunt": "hunt",
     "Identification": "identify",
     "Record": "record",
     "Rig": "rig",
@@ -49,6 +52,7 @@ _LAZY = {
     "Watch": "watch",
     "diagnose": "diagnose",
     "estimate": "estimate",
+    "hunt": "hunt",
     "identify": "identify",
     "read": "record",
     "simulate": "simulate",

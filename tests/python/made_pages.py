@@ -18,18 +18,23 @@ from hil_runs import TIMEOUT_S
 from hil_target import FakeDevice, Target
 from identification_truth import model16
 from made_checks import fair, made_answers, write_check
-from made_diagnoses import made_diagnosis
+from made_diagnoses import made_diagnosis, measured_record
 from made_machines import drawn_machines
 from page_names import file_name
 
 import ehsid
+from ehsid.harness.diagnosis.limits import Limits
 from ehsid.harness.diagnosis.result import Diagnosis, diagnosis_text
 from ehsid.harness.diagnosis.schema import Remark
 from ehsid.harness.fleet import read_fleet
+from ehsid.harness.hunt.guard import Seen
+from ehsid.harness.hunt.hunting import Cause, Hunt, Hunted, HuntExperiment, HuntStep
+from ehsid.harness.hunt.running import Experiment, Ran
 from ehsid.harness.models.identification import ArxOrders, IoData
 from ehsid.harness.rigs.new import published_rig
 from ehsid.harness.show.fleet_page import fleet_page
 from ehsid.harness.show.gap_page import RecordLine, render_diagnosis
+from ehsid.harness.show.hunt_page import hunt_page
 from ehsid.harness.show.page import Page
 from ehsid.harness.show.rendering import render_page
 from ehsid.harness.show.watch_page import watch_page
@@ -130,6 +135,45 @@ def experiment(name: str, _: Path) -> str:
     return render_page(Page(name, [name], sections, sources=[name]))
 
 
+@cache
+def hunted() -> Hunted:
+    """A hunt with one experiment, whose diagnosis was made by hand."""
+    diagnosis = made_diagnosis("effects", seconds=2.3)
+    record = measured_record("experiment1", 3, seconds=2.0, dt_s=5e-3)
+    path = record.column("position_m")
+    planned = Experiment("a swing", record.column("command_v"), path, 5e-3)
+    ran = Ran(record, "", Seen((0.1, 0.2), 3.0, 0.05, 9e6), 2.0)
+    told = HuntExperiment(
+        *("a swing", (("coulomb_friction",), ("load_force",)), 12.0, 0.95, "experiment1.csv", ""),
+        *((0.1, 0.2), 3.0, 0.05, 9e6),
+    )
+    causes = Cause(("coulomb_friction",), 0.6), Cause(("load_force",), 0.3)
+    steps = (
+        HuntStep((), "ambiguous", "Two causes.", causes, 0.1),
+        HuntStep((told,), "effects", diagnosis.sentence, causes[:1], 0.01),
+    )
+    limits = Limits((0.0, 0.3), 10.0, pressure_pa=1.8e7)
+    hunt = Hunt(1, "0", "press", limits, 3, "cause", "One cause is left after 1 experiment.", steps)
+    return Hunted(hunt, diagnosis, (record,), ((planned, ran),))
+
+
+def hunt(name: str, _: Path) -> str:
+    """The name is that of the machine, and of the experiment and why it ended."""
+    found = hunted()
+    (step, last), ((planned, ran),) = found.told.steps, found.ran
+    told = replace(last.experiments[0], description=name, stopped=name)
+    steps = step, replace(last, experiments=(told,), sentence=name)
+    return render_page(
+        hunt_page(
+            replace(
+                found,
+                told=replace(found.told, machine=name, steps=steps),
+                ran=((replace(planned, description=name), replace(ran, stopped=name)),),
+            )
+        )
+    )
+
+
 class WithSeven(Target):
     """A target whose estimates have seven parameters."""
 
@@ -178,6 +222,7 @@ KINDS: dict[str, Make] = {
     "gap": gap,
     "fleet": fleet,
     "check": check,
+    "hunt": hunt,
     "life": life,
     "calibration": calibration,
     "experiment": experiment,

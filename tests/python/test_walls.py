@@ -122,13 +122,18 @@ PRODUCT: dict[str, set[str]] = {
     "diagnosis": {
         *("diagnosis/data", "diagnosis/decision", "diagnosis/laws", "diagnosis/model"),
         *("diagnosis/next_experiment", "diagnosis/search", "diagnosis/tables", "records", "rigs"),
-        *("signals/simulation", "simulators"),
+        *("signals/excitation", "signals/simulation", "simulators"),
     },
     "diagnosis/traces": {*BELOW_DIAGNOSIS, "diagnosis/model", "diagnosis/search"},
     "fleet": {"diagnosis", "diagnosis/tables", "records"},
     "watch": {
         *("diagnosis/data", "diagnosis/model", "diagnosis/search", "models/estimation"),
         *("models/identification", "records", "rigs"),
+    },
+    "hunt": {
+        *("diagnosis", "diagnosis/data", "diagnosis/next_experiment", "diagnosis/tables"),
+        *("records", "rigs", "signals/excitation", "signals/simulation", "simulators"),
+        "simulators/source",
     },
     "commissioning": {"diagnosis/tables", "firmware", "rigs", "signals/simulation"},
     "show": {
@@ -138,6 +143,7 @@ PRODUCT: dict[str, set[str]] = {
             "diagnosis/tables",
             "fitness",
             "fleet",
+            "hunt",
             "models/estimation",
             "models/identification",
         ),
@@ -148,6 +154,7 @@ PRODUCT: dict[str, set[str]] = {
             "diagnosis",
             "diagnosis/edits",
             "diagnosis/tables",
+            "hunt",
             "models/estimation",
             "models/identification",
         ),
@@ -165,15 +172,16 @@ PRODUCT: dict[str, set[str]] = {
         "commissioning",
         *("diagnosis", "diagnosis/data", "diagnosis/edits", "diagnosis/tables"),
         *("diagnosis/traces", "firmware"),
-        *("fitness", "fleet", "models/estimation", "models/identification", "records", "rigs"),
+        *("fitness", "fleet", "hunt", "models/estimation", "models/identification"),
+        *("records", "rigs"),
         *("show", "signals/injection", "signals/simulation", "watch"),
     },
 }
 # The guests of the product: nothing in the product imports one.
 GUESTS: dict[str, set[str]] = {
     "hil": {
-        *("cli", "firmware", "models/estimation", "models/identification", "records", "rigs"),
-        *("show", "signals/simulation"),
+        *("cli", "firmware", "hunt", "models/estimation", "models/identification", "records"),
+        *("rigs", "show", "signals/simulation"),
     },
     "lab/reality": set(),
     "lab/blind": {"diagnosis", "diagnosis/tables", "lab/reality", "records", "rigs"},
@@ -212,7 +220,7 @@ GUESTS: dict[str, set[str]] = {
 }
 ROOMS = PRODUCT | GUESTS
 # Of the diagnosis: what comes out, as data and as a file, and the numbers that decide.
-TABLES = {"deciding", "options", "result", "schema"}
+TABLES = {"deciding", "limits", "options", "result", "schema"}
 FOR_ALL = ("base", "catalogue")
 # They hold rooms and nothing else, and the package itself.
 HALLS = {"harness", "models", "signals", "ehsid"}

@@ -116,7 +116,7 @@ class Diagnosis(Shown):
         file = diagnosis_file(self.result, used, str(self.rig.source or self.rig.name))
         with in_python():
             twin = Twin(self.rig.name, self.result.augmented_rig, file)
-            after = told_apart([_record(one, self.rig) for one in _list(records)])
+            after = told_apart([read_for(one, self.rig) for one in sources(records)])
             with engine_of(twin.rig) as engine:
                 return edit_test(twin, after, parse_edits(asked, twin), engine=engine)[0]
 
@@ -213,7 +213,8 @@ def diagnose(
         whether to show the progress: a bar on a terminal, else the logger `ehsid`.
     **options
         `exclude`: ids of effects that are not searched for. `effort`: "list", "screened" or "full",
-        how many fits the search makes.
+        how many fits the search makes. `limits`: what the next experiment may not pass, an
+        `ehsid.harness.diagnosis.Limits`.
 
     Raises
     ------
@@ -230,10 +231,10 @@ def diagnose(
     'insufficient_data'
     """
     with in_python():
-        machine = _machine(rig, simulator, [*_list(records), *_list(validate)])
+        machine = _machine(rig, simulator, [*sources(records), *sources(validate)])
         chosen = DiagnosisOptions(**options)
-        fitted = [_record(one, machine) for one in _list(records)]
-        held_out = [_record(one, machine) for one in _list(validate)]
+        fitted = [read_for(one, machine) for one in sources(records)]
+        held_out = [read_for(one, machine) for one in sources(validate)]
         named = told_apart([*fitted, *held_out])
         showing = progress_of(f"diagnosing {machine.name}") if progress else nullcontext()
         with showing as report, using(workers):
@@ -265,12 +266,12 @@ def _machine(
     return Rig(rig_around(simulator, used))
 
 
-def _list(given: Source | Sequence[Source]) -> Sequence[Source]:
+def sources(given: Source | Sequence[Source]) -> Sequence[Source]:
     """Returns records as a list, also where only one is given."""
     return given if isinstance(given, list | tuple) else [given]  # type: ignore[list-item]
 
 
-def _record(source: Source, rig: Rig) -> records.Record:
+def read_for(source: Source, rig: Rig) -> records.Record:
     """Returns a record; of a file the columns of the schema, in the layout of the rig."""
     if not isinstance(source, str | os.PathLike):
         return record_of(source)

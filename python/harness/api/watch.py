@@ -9,17 +9,18 @@ from contextlib import nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from .. import rigs
 from ..base.files import result_folder
 from ..base.parallel import run_unordered
 from ..base.parallel import workers as using
-from ..catalogue.channels import CHANNELS, POSITION, REQUIRED_COLUMNS
-from ..records import Record, read_record
-from ..rigs import Rig
+from ..records import Record
 from ..show.page import Table, Told
 from ..show.watch_page import CHANGES, FILES, change_rows, life_figure, watch_lead, write_watch
 from ..watch import watching
 from ..watch.store import FILE, opened
 from ..watch.tracking import WEAR
+from .diagnose import read_for
+from .rig import Rig
 from .tables import Shown, Tabular
 from .wording import in_python, progress_of
 
@@ -141,10 +142,5 @@ def watch(
             return Watch(watching.told_of(machines, known))
 
 
-def _read(path: Path, rig: Rig) -> Record:
-    return read_record(
-        path,
-        columns=list(CHANNELS),
-        required=(*REQUIRED_COLUMNS, POSITION),
-        layout=rig.columns,
-    )
+def _read(path: Path, rig: rigs.Rig) -> Record:
+    return read_for(path, Rig(rig))

@@ -48,6 +48,10 @@ VERBS = (
         "Watch machines over months: when something changed, by how much, and what could be seen.",
     ),
     Verb(
+        "hunt",
+        "Hunt a cause: diagnosis, the experiment that tells most, diagnosis, until one is left.",
+    ),
+    Verb(
         "export",
         "Write a C++ or C header that starts the firmware's estimator from a model of a record.",
     ),

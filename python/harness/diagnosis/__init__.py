@@ -6,10 +6,12 @@ from .decision.effect_selection import in_words
 from .diagnosis import diagnose
 from .excite import signals_for
 from .job import STAGES
+from .limits import Limits
 from .model.comparison import Compared, GapFigure, gap_figure
 from .model.fit import Fit, fit
 from .model.parameters import Parameter, calibration_parameters, effect_parameters
 from .model.problem import Problem
+from .next_experiment import limits_of
 from .result import Diagnosis, Interim
 from .search.visible import before_any_fit
 
@@ -20,6 +22,7 @@ __all__ = [
     "Fit",
     "GapFigure",
     "Interim",
+    "Limits",
     "NoiseFloor",
     "Parameter",
     "Problem",
@@ -30,6 +33,7 @@ __all__ = [
     "fit",
     "gap_figure",
     "in_words",
+    "limits_of",
     "noise_floor",
     "signals_for",
 ]

@@ -8,7 +8,6 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
-import numpy as np
 from msgspec.structs import replace as replace_part
 
 from ..base.error_words import error_words
@@ -30,11 +29,12 @@ from .laws.choosing import SPRINGS, LawsFound, missing_laws
 from .laws.drifting import Drift, values_that_drift
 from .laws.fitting import equation_shares
 from .laws.forms import sentence
+from .limits import Limits
 from .model import between_samples
 from .model.case import Case, make_case
 from .model.comparison import BLOCK_S
 from .model.differences import SimulatorEngine
-from .next_experiment import next_experiment
+from .next_experiment import limits_of, next_experiment
 from .options import DEFAULTS, DiagnosisOptions
 from .result import Diagnosis, HeldOutRun, Stage, UnknownInput, insufficient
 from .schema import (
@@ -222,7 +222,7 @@ def _diagnose(
     experiment, next_record = None, None
     if selection.rivals and case.engine is None:
         _tell(look_for(watch, begun, pace, case), "experiment", search_result, best)
-        designed = _design_experiment(case, selection, pace.within)
+        designed = _design_experiment(case, selection, options.limits, pace.within)
         experiment, next_record = designed or (None, None)
     if progress is not None:
         progress(1.0)
@@ -528,26 +528,21 @@ def _with_missing_laws(
 
 
 def _design_experiment(
-    case: Case, selection: Selection, progress: Progress
+    case: Case, selection: Selection, limits: Limits | None, progress: Progress
 ) -> tuple[NextExperiment, Record] | None:
     """Designs an experiment for sets that the data cannot separate."""
     candidates = [
         (candidate.effects, candidate.values)
         for candidate in (selection.best, *selection.rivals[:2])
     ]
-    span = None
-    limit = None
-    if "cylinder.stroke_m" not in case.rig.values:
-        positions = [record.column("position_m") for record in case.records]
-        span = float(min(p.min() for p in positions)), float(max(p.max() for p in positions))
-        limit = max(float(np.abs(record.column("command_v")).max()) for record in case.records)
     return next_experiment(
         case.rig,
         candidates,
         case.outputs,
         case.floors,
-        command_limit_v=limit,
-        span_m=span,
+        # What the records were logged with can be sent and logged again.
+        dt_s=min(record.dt_s for record in case.records if record.dt_s is not None),
+        limits=limits or limits_of(case.rig, case.records),
         progress=progress,
     )
 

@@ -20,12 +20,13 @@ from ..catalogue.channels import CHAMBER_PRESSURES, POSITION
 from ..catalogue.parameters import acts_on, effects
 from ..records import Record, make_record
 from ..rigs import Rig
-from ..signals.simulation import command_limit, draw_noise
+from ..signals.excitation.menu import MENU, Entry
+from ..signals.simulation import draw_noise
 from ..signals.simulation.run import OUTPUTS, noise_sigma
 from .data.floor import DESIGN_PRESSURE_NOISE, NOISE_OF_STROKE
 from .model.case import make_case
 from .model.scale import effect_starts
-from .next_experiment import MENU, Entry, simulate_experiment
+from .next_experiment import limits_of, simulate_experiment
 from .schema import CouldBeSeen
 from .search.identifiability import unmeasured_effects
 from .search.visible import beyond, ground_of, smallest
@@ -113,8 +114,7 @@ def _check(rig: Rig, effect: str) -> None:
         raise ValueError(
             f"--for {effect}: any record shows it by itself; take any motion, no signal is needed"
         )
-    stroke = rig.values.get("cylinder.stroke_m", math.inf)
-    if not (math.isfinite(command_limit(rig)) and math.isfinite(stroke)):
+    if limits_of(rig) is None:
         raise ValueError(
             f"{rig.name}: expected a rated command and a stroke, inside which a signal can stay"
         )
@@ -124,8 +124,9 @@ def _record(
     rig: Rig, names: Sequence[str], dt_s: float, entry: Entry
 ) -> tuple[str, Record, Record] | None:
     """Description, the record with noise, and the one to be sent; None outside of the limits."""
-    span = 0.0, rig.values["cylinder.stroke_m"]
-    found = simulate_experiment(entry, rig, {}, dt_s=dt_s, limit_v=command_limit(rig), span_m=span)
+    limits = limits_of(rig)
+    assert limits is not None  # `_check`
+    found = simulate_experiment(entry, rig, {}, dt_s=dt_s, limits=limits)
     if found is None:
         return None
     clean = found.record
@@ -138,7 +139,7 @@ def _record(
         own = noise[:, OUTPUTS.index(name)]
         if noise_sigma(rig, name) == 0.0:
             usual = (
-                NOISE_OF_STROKE * span[1]
+                NOISE_OF_STROKE * limits.span_m
                 if name == POSITION
                 else DESIGN_PRESSURE_NOISE * rig.values["supply.pressure_pa"]
             )

@@ -8,20 +8,20 @@ V. Fedorov, Biometrika 62(1), 1975).
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+import math
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
 
-from ..base.numbers import FloatArray
 from ..base.parallel import Progress, part_of, run_together
-from ..catalogue.channels import CHAMBER_PRESSURES, SUPPLY_PRESSURE
+from ..catalogue.channels import CHAMBER_PRESSURES, COMMAND, POSITION, SUPPLY_PRESSURE
 from ..catalogue.parameters import effects, plant_parameters
 from ..catalogue.spellings import ParameterKey
 from ..records import Record, make_record
 from ..rigs import Rig
-from ..signals.excitation import chirp, multisine, random_steps, triangle
+from ..signals.excitation.menu import MENU, Entry
 from ..signals.simulation import (
     SimulationError,
     command_limit,
@@ -31,6 +31,8 @@ from ..signals.simulation import (
 )
 from ..signals.simulation.run import noise_sigma
 from .data.floor import DESIGN_PRESSURE_NOISE, NoiseFloor
+from .data.gate import MOVES
+from .limits import Limits
 from .model.fit import ITERATIONS
 from .model.separation import CandidateModel, Separation, separations
 from .schema import NEXT_EXPERIMENT, NextExperiment
@@ -38,8 +40,6 @@ from .schema import NEXT_EXPERIMENT, NextExperiment
 # Duration of an experiment, s: long enough for fifteen windows, and short enough to run several of
 # them in an afternoon.
 DESIGN_S = 8.0
-# Upper end of the excited band: above the corner frequency of any servo valve whose lag matters.
-DESIGN_FAST_HZ = 150.0
 # Bandwidth of the loop that holds the rod about its path. It leaves the command unchanged above a
 # few times this frequency.
 DESIGN_HELD_HZ = 0.2
@@ -52,22 +52,6 @@ DESIGN_PRESSURE = 1.5
 # Below half an atmosphere oil foams, which harms the machine, and no simulator is accurate there.
 DESIGN_VACUUM_PA = 5e4
 
-# A function that returns a signal in [-1, 1], shape (n,), from n and the sampling time dt_s.
-Shape = Callable[[int, float], FloatArray]
-SEED = 7
-
-
-@dataclass(frozen=True)
-class Entry:
-    """An excitation of the menu."""
-
-    description: str
-    """Description for the operator; {speed} in mm/s and {size} in per cent are filled in."""
-    size: float
-    """Amplitude of the command, as a share of its limit."""
-    shape: Shape
-    """Function that returns the shape of the command."""
-
 
 @dataclass(frozen=True, eq=False)
 class Experiment:
@@ -79,78 +63,21 @@ class Experiment:
     """Command and all outputs of the plant, without noise."""
 
 
-def _triangle(period_s: float, n: int, dt_s: float) -> FloatArray:
-    return triangle(n, dt_s, amplitude=1.0, period_s=period_s)
+def limits_of(rig: Rig, records: Sequence[Record] = ()) -> Limits | None:
+    """Returns what the rig file tells of the limits; None where it does not tell enough.
 
-
-def _steps(hold_s: tuple[float, float], n: int, dt_s: float) -> FloatArray:
-    hold = round(hold_s[0] / dt_s), round(hold_s[1] / dt_s)
-    rng = np.random.default_rng(SEED)
-    return random_steps(n, amplitude=1.0, hold=hold, rng=rng)
-
-
-def _multisine(low_hz: float, n: int, dt_s: float) -> FloatArray:
-    band = low_hz, min(DESIGN_FAST_HZ, 0.4 / dt_s)
-    return multisine(n, dt_s, band_hz=band, peak=1.0, rng=np.random.default_rng(SEED))
-
-
-def _chirp(n: int, dt_s: float) -> FloatArray:
-    return chirp(n, dt_s, amplitude=1.0, band_hz=(1.0, min(DESIGN_FAST_HZ, 0.4 / dt_s)))
-
-
-def _away_from_null(n: int, dt_s: float) -> FloatArray:
-    """Forward and back at a steady speed, with a small triangle on it; shape (n,)."""
-    slow = np.sign(np.sin(2.0 * np.pi * 0.5 * np.arange(n) * dt_s))
-    return np.asarray(0.85 * slow + 0.15 * triangle(n, dt_s, amplitude=1.0, period_s=0.25))
-
-
-def _pauses(n: int, dt_s: float) -> FloatArray:
-    """Moves of 0.25 s in alternating directions, with rests of 0.75 s between them; shape (n,)."""
-    phase = np.arange(n) * dt_s
-    moving = phase % 1.0 < 0.25
-    return np.where(moving, np.sign(np.sin(np.pi * np.floor(phase) + 0.5)), 0.0)
-
-
-def _everything(n: int, dt_s: float) -> FloatArray:
-    """Slow triangle, small reversals, fast multisine and large steps in sequence; shape (n,)."""
-    part = n // 4
-    shapes = (
-        0.05 * _triangle(1.0, part, dt_s),
-        0.02 * _triangle(0.25, part, dt_s),
-        0.4 * _multisine(1.0, part, dt_s),
-        _steps((0.05, 0.2), n - 3 * part, dt_s),
-    )
-    return np.concatenate([shape - shape.mean() for shape in shapes])
-
-
-MENU = (
-    Entry("slow triangle, {speed:.2g} mm/s, 8 reversals", 0.02, partial(_triangle, 2.0)),
-    Entry("slow triangle, {speed:.2g} mm/s, 8 reversals", 0.08, partial(_triangle, 2.0)),
-    Entry("triangle, {speed:.2g} mm/s, 16 reversals", 0.3, partial(_triangle, 1.0)),
-    Entry(
-        "triangle up to {size:.0f} % of the command, 32 reversals", 0.95, partial(_triangle, 0.5)
-    ),
-    Entry(
-        "small reversals about null, {size:.0f} % of the command", 0.03, partial(_triangle, 0.25)
-    ),
-    Entry(
-        "steady speed of {size:.0f} % to and fro, with small reversals on it", 0.3, _away_from_null
-    ),
-    Entry("moves at {size:.0f} % with rests between", 0.2, _pauses),
-    Entry("random steps up to {size:.0f} %", 0.08, partial(_steps, (0.1, 0.4))),
-    Entry("random steps up to {size:.0f} %", 0.3, partial(_steps, (0.1, 0.4))),
-    Entry("random steps up to {size:.0f} %", 0.95, partial(_steps, (0.04, 0.2))),
-    Entry(
-        "multisine from 0.5 Hz past the valve, up to {size:.0f} %", 0.1, partial(_multisine, 0.5)
-    ),
-    Entry("multisine from 2 Hz past the valve, up to {size:.0f} %", 0.6, partial(_multisine, 2.0)),
-    Entry("chirp from 1 Hz past the valve, {size:.0f} %", 0.15, _chirp),
-    Entry(
-        "slow triangle, small reversals, fast multisine, steps up to {size:.0f} %",
-        0.8,
-        _everything,
-    ),
-)
+    A rig without a stroke, such as an axis, stays within the positions and commands of its records.
+    """
+    low, high = 0.0, rig.values.get("cylinder.stroke_m", math.inf)
+    command = command_limit(rig)
+    if not math.isfinite(high) and records:
+        low = min(float(record.column(POSITION).min()) for record in records)
+        high = max(float(record.column(POSITION).max()) for record in records)
+        command = max(float(np.abs(record.column(COMMAND)).max()) for record in records)
+    if not (math.isfinite(command) and math.isfinite(high) and low < high and command > 0.0):
+        return None
+    supply = rig.values.get("supply.pressure_pa", math.inf)
+    return Limits((low, high), command, pressure_pa=DESIGN_PRESSURE * supply)
 
 
 def simulate_experiment(
@@ -159,8 +86,7 @@ def simulate_experiment(
     values: dict[str, float],
     *,
     dt_s: float,
-    limit_v: float,
-    span_m: tuple[float, float],
+    limits: Limits,
 ) -> Experiment | None:
     """Simulates an excitation on a machine; returns None if it would leave the limits.
 
@@ -177,19 +103,21 @@ def simulate_experiment(
         values of the best candidate, by full name.
     dt_s
         sampling time, s.
-    limit_v
-        largest command, V.
-    span_m
-        smallest and largest position of the rod, m.
+    limits
+        what the machine may not pass.
     """
     n = round(DESIGN_S / dt_s)
+    # A fifth of the speed is left for what the rig file does not tell.
+    fastest_v = (1.0 - 2.0 * DESIGN_MARGIN) * limits.speed_m_s / velocity_gain(rig)
+    limit_v = min(limits.command_v, fastest_v)
+    low, high = limits.position_m
     shape = entry.shape(n, dt_s)
     command = entry.size * limit_v * (shape - shape.mean())
     # Path of a plant whose speed follows the command. It ends where it began.
     path = velocity_gain(rig) * dt_s * np.cumsum(command)
-    room = (1.0 - 2.0 * DESIGN_MARGIN) * (span_m[1] - span_m[0])
+    room = (1.0 - 2.0 * DESIGN_MARGIN) * limits.span_m
     scale = min(1.0, room / max(float(np.ptp(path)), 1e-12))
-    path = 0.5 * (span_m[0] + span_m[1]) + scale * (path - 0.5 * (path.max() + path.min()))
+    path = 0.5 * (low + high) + scale * (path - 0.5 * (path.max() + path.min()))
     controller = replace(suggested_controller(rig, DESIGN_HELD_HZ), limit_v=limit_v)
     try:
         run = simulate_closed_loop(rig, path, controller, dt_s=dt_s, values=values)
@@ -198,16 +126,17 @@ def simulate_experiment(
     record = run.run.record
     position = record.column("position_m")
     # The other half of the margin is for errors of the candidate.
-    edge = 0.5 * DESIGN_MARGIN * (span_m[1] - span_m[0])
-    if position.min() < span_m[0] + edge or position.max() > span_m[1] - edge:
+    edge = 0.5 * DESIGN_MARGIN * limits.span_m
+    if position.min() < low + edge or position.max() > high - edge:
+        return None
+    if np.abs(record.column("velocity_m_s")).max() > limits.speed_m_s:
         return None
     if rig.plant == "ehs":
-        chambers = np.stack([record.column(name) for name in ("pressure_a_pa", "pressure_b_pa")])
-        largest_pressure = DESIGN_PRESSURE * rig.values["supply.pressure_pa"]
-        if chambers.max() > largest_pressure or chambers.min() < DESIGN_VACUUM_PA:
+        chambers = np.stack([record.column(name) for name in CHAMBER_PRESSURES])
+        if chambers.max() > limits.pressure_pa or chambers.min() < DESIGN_VACUUM_PA:
             return None
-    size = scale * entry.size
-    speed = 1e3 * velocity_gain(rig) * size * limit_v
+    size = scale * entry.size * limit_v / limits.command_v
+    speed = 1e3 * velocity_gain(rig) * size * limits.command_v
     return Experiment(entry.description.format(speed=speed, size=100.0 * size), record)
 
 
@@ -249,8 +178,7 @@ def next_experiment(
     floors: Mapping[str, NoiseFloor],
     *,
     dt_s: float = 1e-3,
-    command_limit_v: float | None = None,
-    span_m: tuple[float, float] | None = None,
+    limits: Limits | None = None,
     progress: Progress | None = None,
 ) -> tuple[NextExperiment, Record] | None:
     """Designs a record that separates the best candidate from all others.
@@ -273,10 +201,8 @@ def next_experiment(
         noise floors of those outputs, by name.
     dt_s
         sampling time of the experiment, s.
-    command_limit_v
-        largest command, V; by default the rated command, required if the rig has none.
-    span_m
-        smallest and largest position, m; by default the stroke, required if the rig has none.
+    limits
+        what the machine may not pass; by default what the rig file tells.
     progress
         called with the share of the work that is done, 0 to 1.
 
@@ -288,44 +214,46 @@ def next_experiment(
     if len(candidates) < 2:
         return None
     candidates = [(effects, runnable(values)) for effects, values in candidates]
-    limit_v = command_limit(rig) if command_limit_v is None else command_limit_v
-    if span_m is None:
-        span_m = 0.0, rig.values.get("cylinder.stroke_m", np.inf)
-    if not (np.isfinite(limit_v) and np.isfinite(span_m).all()):
+    limits = limits or limits_of(rig)
+    if limits is None:
         return None
     make = partial(
         simulate_experiment,
         rig=rig,
         values=dict(candidates[0][1]),
         dt_s=dt_s,
-        limit_v=limit_v,
-        span_m=span_m,
+        limits=limits,
     )
     experiments = [
         experiment
         for experiment in run_together([partial(make, entry) for entry in MENU])
         if experiment is not None
     ]
+    # The gate refuses records without motion. Half of it is left for errors of the candidate.
+    least_m = 2.0 * MOVES * floors[POSITION].value if POSITION in floors else 0.0
+    moving = [each for each in experiments if np.std(each.record.column(POSITION)) >= least_m]
+    experiments = moving or experiments
     if not experiments:
         return None
-    best: tuple[float, Experiment, tuple[str, ...]] | None = None
+    best: tuple[Separation, Experiment, tuple[str, ...]] | None = None
     sensor_sets = _sensor_sets(rig, outputs, floors)
     done = [0.0, *np.linspace(FIRST_SENSORS, 1.0, len(sensor_sets))]
     for begin, end, sensor_floors in zip(done, done[1:], sensor_sets, strict=False):
         part = part_of(progress, begin, end)
-        power, experiment = _most_powerful(rig, candidates, experiments, sensor_floors, part)
-        if best is None or power > best[0] + DESIGN_GAIN:
-            best = power, experiment, tuple(sensor_floors)
-        if best[0] >= DESIGN_POWER:
+        weakest, experiment = _most_powerful(rig, candidates, experiments, sensor_floors, part)
+        if best is None or weakest.power > best[0].power + DESIGN_GAIN:
+            best = weakest, experiment, tuple(sensor_floors)
+        if best[0].power >= DESIGN_POWER:
             break
     assert best is not None
-    power, best_experiment, measured = best
+    weakest, best_experiment, measured = best
     coming = NextExperiment(
         separates=tuple("+".join(effects) or "no effect" for effects, _ in candidates),
         record=NEXT_EXPERIMENT,
         description=best_experiment.description,
-        power=power,
+        power=weakest.power,
         sensors=("command_v", *measured),
+        nats=weakest.nats,
     )
     return coming, _experiment_record(best_experiment.record)
 
@@ -336,8 +264,8 @@ def _most_powerful(
     experiments: Sequence[Experiment],
     floors: Mapping[str, float],
     progress: Progress | None,
-) -> tuple[float, Experiment]:
-    """Returns the largest power and the experiment that has it.
+) -> tuple[Separation, Experiment]:
+    """Returns the experiment with the largest power, and its weakest separation.
 
     All experiments get short fits. Those with the largest separation then get whole fits, until one
     of them reaches DESIGN_POWER.
@@ -349,18 +277,16 @@ def _most_powerful(
     )
     # The largest separation comes first; equal ones stay in the order of the menu.
     order = sorted(range(len(experiments)), key=lambda i: screened[i].nats, reverse=True)
-    powers: list[tuple[float, Experiment]] = []
+    found: list[tuple[Separation, Experiment]] = []
     for begin in range(0, min(len(experiments), DESIGN_FINALISTS), PARALLEL_FITS):
         finalists = [experiments[i] for i in order[begin : begin + PARALLEL_FITS]]
         finals = run_together(
             [partial(weakest, experiment, iterations=ITERATIONS) for experiment in finalists]
         )
-        powers += [
-            (final.power, experiment) for final, experiment in zip(finals, finalists, strict=True)
-        ]
-        if max(power for power, _ in powers) >= DESIGN_POWER:
+        found += zip(finals, finalists, strict=True)
+        if max(final.power for final, _ in found) >= DESIGN_POWER:
             break
-    return max(powers, key=lambda scored: scored[0])
+    return max(found, key=lambda scored: scored[0].power)
 
 
 def runnable(values: Mapping[str, float]) -> dict[str, float]:

@@ -9,6 +9,7 @@ from typing import Literal, TypedDict, get_args
 
 from ..catalogue.parameters import effects
 from ..rigs.checks import unknown
+from .limits import Limits
 
 Effort = Literal["list", "screened", "full"]
 
@@ -32,6 +33,8 @@ class DiagnosisOptions:
     """How many fits the search makes: "full", each effect; "screened", those that one or two runs
     of each effect choose; "list", the same without sets of several effects. By default "full" with
     our simulator and "screened" with one of the user."""
+    limits: Limits | None = None
+    """What the next experiment may not pass; by default what the rig file tells."""
 
     def __post_init__(self) -> None:
         """Checks the ids and the effort."""
@@ -52,6 +55,7 @@ class DiagnosisChoices(TypedDict, total=False):
 
     exclude: Sequence[str]
     effort: Effort | None
+    limits: Limits | None
 
 
 DEFAULTS = DiagnosisOptions()

@@ -244,8 +244,9 @@ class NextExperiment(msgspec.Struct, frozen=True):
     """The experiment that separates the candidates; `record` is the file with its command.
 
     A candidate is the id of an effect, or the ids of a set joined with "+". `power` is the
-    predicted probability that the diagnosis separates them with this record, and `sensors` are the
-    columns that must be measured.
+    predicted probability that the diagnosis separates them with this record, `nats` the evidence
+    that is expected between the best candidate and the one that is hardest to separate from it, and
+    `sensors` are the columns that must be measured.
     """
 
     separates: tuple[str, ...]
@@ -253,6 +254,7 @@ class NextExperiment(msgspec.Struct, frozen=True):
     description: str
     power: Number = math.nan
     sensors: tuple[str, ...] = ()
+    nats: Number = math.nan
 
 
 class MissingLaw(msgspec.Struct, frozen=True):

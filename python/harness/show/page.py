@@ -167,11 +167,15 @@ class Timeline(msgspec.Struct, frozen=True, tag=True):
 
 @dataclass(frozen=True, eq=False)
 class Picture:
-    """A figure, its caption, and an alternative text for readers who cannot see it."""
+    """A figure, its caption, and an alternative text for readers who cannot see it.
+
+    With `frames` the page shows them one after the other, and then the figure.
+    """
 
     figure: Figure
     caption: str
     alt: str
+    frames: Sequence[Figure] = ()
 
 
 @dataclass(frozen=True, eq=False)

@@ -42,7 +42,11 @@ def _environment() -> jinja2.Environment:
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    environment.filters |= {"embedded": embedded, "kind": lambda block: type(block).__name__}
+    environment.filters |= {
+        "embedded": embedded,
+        "moving": moving,
+        "kind": lambda block: type(block).__name__,
+    }
     return environment
 
 
@@ -126,6 +130,26 @@ def embedded(figure: Figure) -> str:
         figure.savefig(text, format="svg", metadata={"Date": None})
     small = PATHS.sub(lambda path: DECIMALS.sub(r"\1", path[0]), text.getvalue())
     return "data:image/svg+xml;base64," + base64.b64encode(small.encode("utf-8")).decode("ascii")
+
+
+# Time that a frame of a moving picture stays, and its last one, ms; and its sharpness.
+FRAME_MS, LAST_MS, FRAME_DPI = 250, 4000, 90
+
+
+def moving(picture: Picture) -> str:
+    """Returns the frames of a picture, and then its figure, as a data URI that plays for ever."""
+    from PIL import Image
+
+    frames = []
+    for figure in (*picture.frames, picture.figure):
+        drawn = io.BytesIO()
+        figure.savefig(drawn, dpi=FRAME_DPI, format="png")
+        frames.append(Image.open(drawn).convert("RGB"))
+    data = io.BytesIO()
+    lasting = [*[FRAME_MS] * len(picture.frames), LAST_MS]
+    first, *others = frames
+    first.save(data, "PNG", save_all=True, append_images=others, duration=lasting, loop=0)
+    return "data:image/png;base64," + base64.b64encode(data.getvalue()).decode("ascii")
 
 
 def markdown(page: Page, pictures: Sequence[Path]) -> str:

@@ -22,7 +22,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from typing import TypeVar, cast
+from typing import NamedTuple, TypeVar, cast
 
 import numpy as np
 import numpy.typing as npt
@@ -622,18 +622,77 @@ def run(
     as read.
     """
     n = reference.size
-    sent, arrived, on_time = np.empty(n), np.empty(n), np.empty(n)
+    run = begun(t, start, n)
+    run_samples(
+        *(0, n, t, run, dt_s, forward, reference, gain, command_step, error, late, lost, refinement)
+    )
+    return run.sent, run.out
+
+
+class Run(NamedTuple):
+    """A run of at most n samples on its way."""
+
+    state: FloatArray
+    """(19,): state of the machine."""
+    memory: FloatArray
+    """(2,): position of the sensor within its play, and command to the spool behind play or
+    stiction."""
+    plays: FloatArray
+    """Of the hysteresis."""
+    sent: FloatArray
+    arrived: FloatArray
+    on_time: FloatArray
+    """(n,) each: commands that were sent and that arrived, and readings before their delay."""
+    out: FloatArray
+    """(n, 6)."""
+
+
+@compiled
+def begun(t: Truth, start: FloatArray, n: int) -> Run:
+    """Returns a run of n samples at its begin."""
+    return Run(
+        start.copy(),
+        np.array([start[Y], 0.0]),
+        np.zeros(len(t.play_weights)),
+        np.empty(n),
+        np.empty(n),
+        np.empty(n),
+        np.empty((n, OUTPUTS)),
+    )
+
+
+@compiled
+def run_samples(
+    first: int,
+    end: int,
+    t: Truth,
+    run: Run,
+    dt_s: float,
+    forward: FloatArray,
+    reference: FloatArray,
+    gain: float,
+    command_step: float,
+    error: FloatArray,
+    late: FloatArray,
+    lost: npt.NDArray[np.bool_],
+    refinement: int,
+) -> None:
+    """Goes on with a run from sample `first` to before sample `end`; arguments as of `run`."""
+    s, plays, sent, arrived, on_time, out = (
+        run.state,
+        run.plays,
+        run.sent,
+        run.arrived,
+        run.on_time,
+        run.out,
+    )
+    sensor_position, spool_command = run.memory
     samples_old = math.floor(t.reading_delay_s / dt_s)
     share_older = t.reading_delay_s / dt_s - samples_old
-    out = np.empty((n, OUTPUTS))
-    s = start.copy()
     d = np.empty(STATES)
-    sensor_position = s[Y]
     whole_samples = math.floor(t.delay_s / dt_s)
     fraction_s = t.delay_s - whole_samples * dt_s
-    spool_command = 0.0  # command to the spool, after play or stiction
-    plays = np.zeros(len(t.play_weights))
-    for k in range(n):
+    for k in range(first, end):
         time = k * dt_s
         if t.delay_rate != 0.0:
             delay_s = t.delay_s + t.delay_rate * time
@@ -689,4 +748,4 @@ def run(
                 spool_command = min(max(spool_command, u - t.play), u + t.play)
             sensor_position = advance(time, span, s, spool_command, sensor_position, t, refinement)
             time += span
-    return sent, out
+    run.memory[0], run.memory[1] = sensor_position, spool_command

@@ -9,7 +9,7 @@ from sources import ROOT
 
 import ehsid
 
-FUNCTIONS = ("diagnose", "estimate", "identify", "record", "rig", "simulate", "watch")
+FUNCTIONS = ("diagnose", "estimate", "hunt", "identify", "record", "rig", "simulate", "watch")
 
 
 @pytest.mark.parametrize("module", FUNCTIONS)

@@ -15,7 +15,7 @@ import ehsid
 
 NAMES = {
     *("Diagnosis", "Estimation", "Identification", "Record", "Rig", "Simulation"),
-    *("Watch", "diagnose", "estimate", "identify", "read", "simulate", "watch"),
+    *("Hunt", "Watch", "diagnose", "estimate", "hunt", "identify", "read", "simulate", "watch"),
 }
 # Rooms whose names are imported from the room itself, and not from its modules.
 ROOMS = (

@@ -11,8 +11,8 @@ from gap_cases import RIG, RIGS
 
 from ehsid.harness.diagnosis import excite
 from ehsid.harness.diagnosis.excite import signals_for
-from ehsid.harness.diagnosis.next_experiment import MENU
 from ehsid.harness.rigs import read_rig
+from ehsid.harness.signals.excitation.menu import MENU
 
 SLOW, FAST = MENU[1], MENU[10]  # a slow triangle, and a multisine past the valve
 

@@ -1,5 +1,8 @@
 # SPDX-License-Identifier: MIT
 
+import math
+from typing import Any
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -7,9 +10,12 @@ from hypothesis import strategies as st
 from scipy.stats import norm
 from sources import ROOT
 
+from ehsid.harness.catalogue.channels import CHAMBER_PRESSURES
 from ehsid.harness.diagnosis import fit
 from ehsid.harness.diagnosis.data.floor import NoiseFloor
+from ehsid.harness.diagnosis.data.gate import MOVES
 from ehsid.harness.diagnosis.deciding import EVIDENCE
+from ehsid.harness.diagnosis.limits import Limits
 from ehsid.harness.diagnosis.model.comparison import compare
 from ehsid.harness.diagnosis.model.problem import Problem
 from ehsid.harness.diagnosis.model.separation import (
@@ -21,7 +27,7 @@ from ehsid.harness.diagnosis.model.separation import (
     separations,
 )
 from ehsid.harness.diagnosis.next_experiment import (
-    MENU,
+    limits_of,
     next_experiment,
     runnable,
     simulate_experiment,
@@ -29,6 +35,7 @@ from ehsid.harness.diagnosis.next_experiment import (
 from ehsid.harness.records import Record, make_record
 from ehsid.harness.rigs import Rig, read_rig
 from ehsid.harness.signals.excitation import multisine
+from ehsid.harness.signals.excitation.menu import MENU
 from ehsid.harness.signals.simulation import draw_noise, simulate
 
 RIGS = ROOT / "examples" / "rigs"
@@ -190,7 +197,7 @@ def test_the_experiment_of_an_axis_stays_inside_the_range_of_its_records() -> No
     axis = read_rig(RIGS / "axis.toml").with_values(FRICTIONLESS)
     pair = [explanation("coulomb_friction", force_n=20.0), explanation("load_force", force_n=3.0)]
     designed = next_experiment(
-        axis, pair, ("position_m",), FLOORS, command_limit_v=5.0, span_m=(-0.1, 0.15)
+        axis, pair, ("position_m",), FLOORS, limits=Limits((-0.1, 0.15), 5.0)
     )
     assert designed is not None
     experiment, record = designed
@@ -204,25 +211,53 @@ def test_the_experiment_of_an_axis_stays_inside_the_range_of_its_records() -> No
 @pytest.mark.slow
 @pytest.mark.parametrize("dt_s", [pytest.param(1e-3, marks=pytest.mark.thorough), 0.02])
 def test_every_entry_of_the_menu_stays_inside_the_limits_or_is_left_out(dt_s: float) -> None:
-    experiments = [
-        simulate_experiment(entry, RIG, {}, dt_s=dt_s, limit_v=4.0, span_m=(0.05, 0.2))
-        for entry in MENU
-    ]
+    limits = Limits((0.05, 0.2), 4.0, speed_m_s=0.15, pressure_pa=1.2e7)
+    experiments = [simulate_experiment(entry, RIG, {}, dt_s=dt_s, limits=limits) for entry in MENU]
     inside = [experiment for experiment in experiments if experiment is not None]
-    assert len(inside) >= len(MENU) - 2
+    assert len(inside) >= len(MENU) // 2
     assert len({experiment.description for experiment in inside}) == len(inside)
     for experiment in inside:
         assert np.abs(experiment.record.column("command_v")).max() <= 4.0
         position = experiment.record.column("position_m")
         assert position.min() > 0.05
         assert position.max() < 0.2
+        assert np.abs(experiment.record.column("velocity_m_s")).max() <= 0.15
+        for chamber in CHAMBER_PRESSURES:
+            assert experiment.record.column(chamber).max() <= 1.2e7
         assert "{" not in experiment.description
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize(
+    ("given", "says"),
+    [
+        ({"position_m": (0.2, 0.1)}, "travel of 0.2 to 0.1 m: expected the smaller end first"),
+        ({"command_v": math.inf}, "the limit of the command is not known"),
+        ({"speed_m_s": 0.0}, "a limit speed_m_s = 0: expected > 0"),
+        ({"pressure_pa": math.nan}, "a limit pressure_pa = nan: expected > 0"),
+    ],
+)
+def test_limits_that_are_none_are_refused(given: dict[str, Any], says: str) -> None:
+    with pytest.raises(ValueError, match=says):
+        Limits(**{"position_m": (0.0, 0.1), "command_v": 10.0, **given})
+
+
+def test_a_rig_without_a_stroke_stays_within_its_records() -> None:
+    axis = read_rig(RIGS / "axis.toml")
+    assert limits_of(axis) is None
+    record = make_record(
+        {
+            "time_s": 0.01 * np.arange(4),
+            "command_v": [0.0, -3.0, 2.0, 0.0],
+            "position_m": [0.1, 0.2, -0.1, 0.0],
+        }
+    )
+    assert limits_of(axis, [record]) == Limits((-0.1, 0.2), 3.0)
+
+
 def test_a_span_too_small_for_the_drift_leaves_nothing() -> None:
     experiments = [
-        simulate_experiment(entry, RIG, {}, dt_s=DT_S, limit_v=10.0, span_m=(0.1, 0.1002))
+        simulate_experiment(entry, RIG, {}, dt_s=DT_S, limits=Limits((0.1, 0.1002), 10.0))
         for entry in MENU
     ]
     assert sum(experiment is not None for experiment in experiments) < len(MENU)
@@ -248,9 +283,7 @@ def test_a_low_power_is_reported() -> None:
     blind = {"position_m": NoiseFloor(0.1, 0.1, 0.1)}
     axis = read_rig(RIGS / "axis.toml").with_values(FRICTIONLESS)
     pair = [explanation("coulomb_friction", force_n=20.0), explanation("load_force", force_n=3.0)]
-    designed = next_experiment(
-        axis, pair, ("position_m",), blind, command_limit_v=5.0, span_m=(-0.1, 0.15)
-    )
+    designed = next_experiment(axis, pair, ("position_m",), blind, limits=Limits((-0.1, 0.15), 5.0))
     assert designed is not None
     experiment, _ = designed
     assert experiment.power < 0.01
@@ -280,3 +313,14 @@ def test_power_is_the_chance_of_a_normal_sum(nats: float, deviation: float) -> N
     power = Separation(nats, deviation).power
     assert power == pytest.approx(1.0 - norm.cdf(SEPARATED_NATS, loc=nats, scale=deviation))
     assert Separation(nats, 0.0).power == float(nats > SEPARATED_NATS)
+
+
+@pytest.mark.slow
+def test_an_experiment_moves_more_than_the_gate_asks_for() -> None:
+    """At a tenth of a volt the fast signals move the rod by less than ten times its noise."""
+    designed = next_experiment(
+        RIG, [DELAY, LAG], ("position_m",), FLOORS, limits=Limits((0.05, 0.2), 0.3)
+    )
+    assert designed is not None
+    _, record = designed
+    assert np.std(record.column("position_m")) >= 2.0 * MOVES * NOISE_M

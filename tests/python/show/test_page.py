@@ -1,10 +1,13 @@
 # SPDX-License-Identifier: MIT
+import base64
+import io
 import re
 from pathlib import Path
 
 import pytest
 from matplotlib.figure import Figure
 from offline_pages import read
+from PIL import Image
 
 import ehsid
 from ehsid.harness.show.page import (
@@ -32,7 +35,7 @@ from ehsid.harness.show.page import (
     Tagged,
     Timeline,
 )
-from ehsid.harness.show.rendering import markdown, render_page, write_page
+from ehsid.harness.show.rendering import markdown, moving, render_page, write_page
 
 
 def picture() -> Picture:
@@ -81,10 +84,23 @@ def test_a_failed_page_leaves_the_old_one(page: Page, tmp_path: Path) -> None:
     write_page(target, page)
     before = target.read_text(encoding="utf-8")
     broken = Page("Title", ["lead"], [Section("no blocks", [None])])  # type: ignore[list-item]
-    with pytest.raises(Exception, match="figure"):
+    with pytest.raises(Exception, match="has no attribute"):
         write_page(target, broken)
     assert target.read_text(encoding="utf-8") == before
     assert [path.name for path in target.parent.iterdir()] == ["page.html"]
+
+
+def test_a_picture_with_frames_moves_and_ends_with_its_figure() -> None:
+    figures = [Figure(figsize=(1.0, 1.0)) for _ in range(3)]
+    for figure, colour in zip(figures, ("red", "lime", "blue"), strict=True):
+        figure.set_facecolor(colour)
+    moved = moving(Picture(figures[2], "", "", figures[:2]))
+    shown = Image.open(io.BytesIO(base64.b64decode(moved.partition(",")[2])))
+    colours = []
+    for frame in range(shown.n_frames):
+        shown.seek(frame)
+        colours.append(shown.convert("RGB").getpixel((5, 5)))
+    assert colours == [(255, 0, 0), (0, 255, 0), (0, 0, 255)]
 
 
 def test_every_kind_of_block_is_on_the_page_with_its_texts() -> None:
