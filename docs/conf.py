@@ -94,10 +94,17 @@ html_copy_source = False
 html_show_sourcelink = False
 html_show_search_summary = False  # a browser lets no page of files read another one
 # A page without others below it has nothing to list.
-html_sidebars: dict[str, list[str]] = {"install": []}
+FRONT = (
+    "readme",
+    "tutorials/my_rig_in_twenty_minutes",
+    "tutorials/estimator_on_my_controller",
+    "choose",
+    "cost",
+)
+html_sidebars: dict[str, list[str]] = {page: [] for page in FRONT}
 html_theme_options = {
     "navbar_align": "left",
-    "header_links_before_dropdown": 6,  # all sections: none goes into a menu "More"
+    "header_links_before_dropdown": 7,  # all sections: none goes into a menu "More"
     "navigation_with_keys": False,
     "secondary_sidebar_items": ["page-toc"],
     "footer_start": ["copyright"],

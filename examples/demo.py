@@ -59,9 +59,9 @@ def demo_page(found: Found, sections: Sequence[Section]) -> Page:
             ),
         ]
     return Page(
-        title="ehsid finds what the simulation of a hydraulic drive lacks",
+        title="ehsid finds what the simulation of a hydraulic axis lacks",
         lead=[
-            "It is for engineers who build, tune or look after hydraulic axes: a cylinder or motor "
+            "It is for engineers who build, tune or look after hydraulic axes: a cylinder "
             "that a valve moves and that follows a command. It needs a log of the machine and "
             "the values of its name plate. It answers: which physical effect is missing in the "
             "simulation, how large is it, and what do I do next? Its estimator says the same of "

@@ -21,7 +21,7 @@ PAGES = {
     "CONTRIBUTING.md": "reference/contributing",
     "README.md": "readme",
     "SECURITY.md": "reference/security",
-    "docs/notebooks": "tutorials/index#notebooks",
+    "docs/notebooks": "tutorials/index",
     "docs/schemas": "reference/files",
     "examples/data/README.md": "reference/example_records",
     "examples/firmware/servo": "reference/examples#firmware",

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Every bad input gets one message, changes nothing, and stands in docs/bad_input.md."""
+"""Every bad input gets one message, changes nothing, and stands in bad_input/README.md."""
 
 from __future__ import annotations
 
@@ -22,8 +22,8 @@ from bad_input.inputs import BENCH
 from bad_input.records import BadRecord
 from sources import ROOT
 
-MAKE = runpy.run_path(str(ROOT / "docs" / "bad_input" / "make.py"))
-DOCUMENT = (ROOT / "docs" / "bad_input.md").read_text("utf-8")
+MAKE = runpy.run_path(str(ROOT / "tests" / "python" / "bad_input" / "make.py"))
+DOCUMENT = (ROOT / "tests" / "python" / "bad_input" / "README.md").read_text("utf-8")
 ROWS = Counter(DOCUMENT.splitlines())
 # Processor time and memory that no refusal takes. The first one in a process imports libraries,
 # which takes most of both.
@@ -85,7 +85,7 @@ def given(case: Case, folder: Path) -> Outcome:
 @pytest.mark.parametrize("case", EVERY)
 def test_bad_input(case: Case, tmp_path: Path) -> None:
     row = MAKE["row"](case, given(case, tmp_path))
-    assert row in ROWS, "docs/bad_input.md has another message: python docs/bad_input/make.py"
+    assert row in ROWS, "another message than in README.md: python tests/python/bad_input/make.py"
 
 
 def test_the_document_has_the_catalogue_and_nothing_else() -> None:

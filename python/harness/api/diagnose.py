@@ -6,6 +6,7 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import nullcontext
+from inspect import signature
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Unpack
 
@@ -17,9 +18,10 @@ from ..catalogue.channels import CHANNELS, POSITION, REQUIRED_COLUMNS
 from ..diagnosis.edits import EditTest, Twin, edit_test, parse_edits
 from ..diagnosis.options import DiagnosisChoices, DiagnosisOptions
 from ..diagnosis.result import diagnosis_file
-from ..diagnosis.schema import RESULT_FILES
+from ..diagnosis.schema import RESULT_FILES, Estimate
 from ..diagnosis.user_simulator import engine_of
 from ..records import read_record
+from ..records.errors import nearest_name
 from ..records.record import told_apart
 from ..show.gap_words import plain_name, summary_tables, told_reasons, told_remarks
 from ..show.page import Items, Told
@@ -66,6 +68,14 @@ class Diagnosis(Shown):
     def sentence(self) -> str:
         """The verdict in one sentence."""
         return self.result.sentence
+
+    @property
+    def effects(self) -> dict[str, dict[str, Estimate]]:
+        """The effects that were found, by id: each size in SI with `value`, `low` and `high`.
+
+        The interval from `low` to `high` is one of 90 %.
+        """
+        return {effect.id: effect.parameters for effect in self.result.effects}
 
     @property
     def augmented_rig(self) -> Rig:
@@ -218,6 +228,8 @@ def diagnose(
 
     Raises
     ------
+    TypeError
+        there is no such argument; the message has the nearest name.
     ValueError
         a record or the rig has a problem, an id is not in the catalogue, or a record is given
         twice. Data that do not carry a diagnosis are no error: the verdict says so.
@@ -230,6 +242,13 @@ def diagnose(
     >>> ehsid.diagnose(run.record, rig, progress=False).verdict
     'insufficient_data'
     """
+    known = {*signature(diagnose).parameters, *DiagnosisChoices.__annotations__} - {"options"}
+    for name in options.keys() - known:
+        near = nearest_name(name, known)
+        raise TypeError(
+            f"diagnose() has no argument {name!r}: "
+            + (f"did you mean {near!r}?" if near else f"expected one of {', '.join(sorted(known))}")
+        )
     with in_python():
         machine = _machine(rig, simulator, [*sources(records), *sources(validate)])
         chosen = DiagnosisOptions(**options)

@@ -14,6 +14,7 @@ import numpy.typing as npt
 import ehsid
 
 from ..base.files import result_folder
+from ..base.numbers import FloatArray
 from ..catalogue.parameters import POLICIES
 from ..models import estimation
 from ..models.estimation import EstimationResult
@@ -59,7 +60,22 @@ class Estimation(Shown, Tabular):
     @property
     def parameters(self) -> dict[str, float]:
         """Parameters at the end of the record by name: a1 .., b1 .., offset."""
-        return dict(zip(self.result.orders.names, self.result.theta.tolist(), strict=True))
+        return dict(zip(self.orders.names, self.theta.tolist(), strict=True))
+
+    @property
+    def orders(self) -> ArxOrders:
+        """Structure of the model, with `na`, `nb`, `nk` and `names` of the parameters."""
+        return self.result.orders
+
+    @property
+    def theta(self) -> FloatArray:
+        """Parameters at the end of the record in the order of `orders.names`, shape (p,)."""
+        return self.result.theta
+
+    @property
+    def standard_deviations(self) -> FloatArray:
+        """Standard deviations of `theta`, shape (p,)."""
+        return self.result.standard_deviation
 
     @property
     def servo(self) -> ServoPath | None:

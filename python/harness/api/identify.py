@@ -4,15 +4,20 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
+import numpy as np
 import numpy.typing as npt
 
 from ..base.files import result_folder
+from ..base.numbers import FloatArray
 from ..models import identification
-from ..models.identification import IdentificationResult
+from ..models.identification import ArxModel, ArxOrders, IdentificationResult, IoData, Prediction
+from ..models.identification.dynamics import Dynamics, dynamics
+from ..models.identification.residuals import predict_one_step, simulate
 from ..models.identification.selection import (
     DEFAULT_DELAYS,
     DEFAULT_ORDERS,
@@ -53,8 +58,87 @@ class Identification(Shown, Tabular):
     @property
     def parameters(self) -> dict[str, float]:
         """Parameters of the chosen model by name: a1 .., b1 .., offset."""
-        model = self.result.chosen.model
-        return dict(zip(model.orders.names, model.theta.tolist(), strict=True))
+        return dict(zip(self.orders.names, self.theta.tolist(), strict=True))
+
+    @property
+    def orders(self) -> ArxOrders:
+        """Structure of the chosen model, with `na`, `nb`, `nk` and `names` of the parameters."""
+        return self.result.chosen.orders
+
+    @property
+    def theta(self) -> FloatArray:
+        """Parameters of the chosen model in the order of `orders.names`, shape (p,)."""
+        return self.result.chosen.model.theta
+
+    @property
+    def standard_deviations(self) -> FloatArray:
+        """Standard deviations of `theta`, shape (p,)."""
+        return self.result.chosen.model.standard_deviations
+
+    @property
+    def fit_percent(self) -> tuple[float, float]:
+        """Fits on the validation half in per cent: one step ahead, and of the free run."""
+        chosen = self.result.chosen
+        return chosen.one_step_fit_percent, chosen.simulation_fit_percent
+
+    @cached_property
+    def dynamics(self) -> Dynamics:
+        """Poles, zeros, gains, `lag_s`, and the servo that the model is, each with a deviation."""
+        return dynamics(self.result.chosen.model, self.result.dt_s)
+
+    def predict(self, u: npt.ArrayLike, y: npt.ArrayLike) -> FloatArray:
+        """Returns the prediction of each output from the inputs and outputs before it, shape (n,).
+
+        The first max(na, nb + nk - 1) entries are NaN: nothing is before them.
+
+        Parameters
+        ----------
+        u, y
+            input and measured output, shape (n,) each, in the units of the record.
+
+        Raises
+        ------
+        ValueError
+            the lengths differ, a value is not finite, or there are too few samples.
+        """
+        return self._placed(predict_one_step, u, y)
+
+    def simulate(self, u: npt.ArrayLike, start: npt.ArrayLike | None = None) -> FloatArray:
+        """Returns the output of the model alone, shape (n,).
+
+        Parameters
+        ----------
+        u
+            input, shape (n,), in the unit of the record.
+        start
+            the first outputs, shape (max(na, nb + nk - 1),); they are the first of the result.
+            None begins at zero.
+
+        Raises
+        ------
+        ValueError
+            `start` has another length, a value is not finite, or there are too few samples.
+        """
+        history = self.orders.n_history
+        first = np.zeros(history) if start is None else np.asarray(start, dtype=np.float64)
+        if first.shape != (history,):
+            raise ValueError(f"start has the shape {first.shape}: expected ({history},)")
+        given = np.asarray(u, dtype=np.float64)
+        y = np.zeros(given.size)
+        y[:history] = first[: given.size]
+        run = self._placed(simulate, given, y)
+        run[:history] = first
+        return run
+
+    def _placed(
+        self, made: Callable[[ArxModel, IoData], Prediction], u: npt.ArrayLike, y: npt.ArrayLike
+    ) -> FloatArray:
+        """Returns what a function of the room predicts at its places among all samples."""
+        data = IoData.from_arrays(u, y, dt_s=self.result.dt_s)
+        prediction = made(self.result.chosen.model, data)
+        placed = np.full(data.n_samples, np.nan)
+        placed[prediction.index] = prediction.predicted
+        return placed
 
     def to_control(self) -> control.TransferFunction:
         """Returns the chosen model as a discrete-time system of python-control.
@@ -147,8 +231,8 @@ def identify(
     >>> import ehsid
     >>> log = "examples/data/hydraulic_crane.csv"
     >>> model = ehsid.identify(log, input="valve_opening", output="oil_pressure", orders=[2, 3])
-    >>> model.result.chosen.orders.na
-    2
+    >>> model.orders.na, model.theta.size
+    (2, 5)
     >>> model.to_control().dt
     True
     """

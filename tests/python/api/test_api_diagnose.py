@@ -30,6 +30,24 @@ def made(verdict: Verdict) -> ehsid.Diagnosis:
     return ehsid.Diagnosis(made_diagnosis(verdict), [record], ehsid.Rig(bench()))
 
 
+def test_sizes_of_effects_stand_in_the_diagnosis_itself() -> None:
+    found = made("effects")
+    expected = {one.id: one.parameters for one in found.result.effects}
+    assert expected
+    assert found.effects == expected
+    size = found.effects["coulomb_friction"]["force_n"]
+    assert size.low < size.value < size.high
+
+
+@pytest.mark.parametrize(("wrong", "meant"), [("exlude", "exclude"), ("validated", "validate")])
+def test_a_misspelt_argument_names_the_function_and_the_nearest_one(wrong: str, meant: str) -> None:
+    with pytest.raises(TypeError) as told:
+        ehsid.diagnose([], ehsid.Rig(bench()), **{wrong: ["leakage"]})  # type: ignore[arg-type]
+    assert str(told.value) == f"diagnose() has no argument '{wrong}': did you mean '{meant}'?"
+    with pytest.raises(TypeError, match=r"argument 'zzzz': expected one of effort, exclude, "):
+        ehsid.diagnose([], ehsid.Rig(bench()), zzzz=1)  # type: ignore[call-arg]
+
+
 @pytest.mark.slow
 def test_a_change_of_the_machine_is_what_was_named_or_not() -> None:
     """The friction of the made diagnosis is still there in its own record."""

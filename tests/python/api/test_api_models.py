@@ -50,6 +50,42 @@ def test_identify_gives_the_result_of_the_room(data: IoData) -> None:
     assert ehsid.identify(*sources()[-1], **FAST).result.to_dict() == expected
 
 
+def test_a_model_predicts_and_simulates_what_its_frame_has(
+    model: ehsid.Identification, data: IoData
+) -> None:
+    chosen = model.result.chosen.model
+    assert np.array_equal(model.theta, chosen.theta)
+    assert model.parameters == dict(zip(model.orders.names, model.theta, strict=True))
+    history, frame = model.orders.n_history, model.to_polars()
+    half = data.n_samples - model.result.n_validation
+    u, y = data.u[half:], data.y[half:]
+    predicted = model.predict(u, y)
+    shown = frame["sample"].to_numpy()
+    assert np.array_equal(np.isnan(predicted), np.arange(y.size) < history)
+    whole = model.predict(data.u, data.y)
+    # The same sums of products: a few roundings of numbers of order one.
+    np.testing.assert_allclose(whole[shown], frame["one_step"], atol=1e-12)
+    np.testing.assert_allclose(predicted[history:], whole[half + history :], atol=1e-12)
+    first = int(shown[0]) - history
+    run = model.simulate(data.u[first:], data.y[first : first + history])
+    assert np.array_equal(run[:history], data.y[first : first + history])
+    np.testing.assert_allclose(run[history:], frame["simulated"], atol=1e-9)
+    with pytest.raises(ValueError, match=r"^start has the shape \(1,\)"):
+        model.simulate(u, [0.0])
+
+
+def test_a_model_at_zero_steps_as_python_control_says() -> None:
+    rng = np.random.default_rng(3)
+    u = rng.normal(size=400)
+    y = control.forced_response(control.tf([0.2], [1.0, -0.7], 0.01), U=u).outputs
+    found = ehsid.identify(u, y + 1e-6 * rng.normal(size=u.size), 0.01, orders=[1], delays=[1])
+    step = np.ones(100)
+    step[0] = 0.0  # at zero until the first sample
+    expected = control.forced_response(found.to_control(), U=step).outputs
+    # Beside the offset, which python-control does not have: 1e-6 / (1 - 0.7) at most.
+    np.testing.assert_allclose(found.simulate(step), expected, atol=1e-5)
+
+
 def test_a_number_is_the_constant_forgetting_factor() -> None:
     u, y, dt_s = sources()[-1]
     found = ehsid.estimate(u, y, dt_s, na=2, nb=2, forgetting=np.float64(0.99))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Makes docs/bad_input.md from the bad inputs of the tests: python docs/bad_input/make.py"""
+"""Makes README.md of the bad inputs of the tests: python tests/python/bad_input/make.py"""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ from ehsid.harness.base.error_words import printable
 from ehsid.harness.base.files import write_text
 
 HERE = Path(__file__).parent
-sys.path.append(str(HERE.parents[1] / "tests" / "python"))
+sys.path.append(str(HERE.parent))
 from bad_input.case import Case, Outcome  # noqa: E402
 from bad_input.catalogue import GROUPS  # noqa: E402
 
-DOCUMENT = HERE.parent / "bad_input.md"
+DOCUMENT = HERE / "README.md"
 LONGEST = 400
 # The lines are those of the document.
 INTRODUCTION = """\
@@ -26,7 +26,7 @@ INTRODUCTION = """\
 
 This page shows what the program does with bad input, and which message you get. The tables have
 {count} bad inputs. Each of them is a test (`tests/python/test_bad_input.py`), and
-`docs/bad_input/make.py` makes this page from them.
+`make.py` beside it makes this page from them.
 
 For a command, bad input of any kind ends in **one message on stderr and exit code 2**:
 
@@ -36,7 +36,7 @@ For a command, bad input of any kind ends in **one message on stderr and exit co
 - Nothing has been written, replaced or deleted. Where a message names a report that explains the
   problem, that report is the only new file.
 - The time and the memory are bounded: files are read up to
-  [limits that can be set](records.md#limits).
+  [limits that can be set](../../../docs/records.md#limits).
 
 In Python the same message is the text of an exception: `ValueError` or a class derived from it, or
 `TypeError` where a value has the wrong type. In C the answer is a status. The firmware drops a
