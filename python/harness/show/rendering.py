@@ -20,6 +20,7 @@ import ehsid
 from ..base.error_words import printable
 from ..base.files import write_text
 from .page import Block, Items, Note, Page, Picture, Plot, Table, all_blocks, cell_text
+from .units import whole
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -46,6 +47,7 @@ def _environment() -> jinja2.Environment:
         "embedded": embedded,
         "moving": moving,
         "kind": lambda block: type(block).__name__,
+        "whole": whole,
     }
     return environment
 

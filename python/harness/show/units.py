@@ -7,6 +7,7 @@ The one way in which pages write a share: in per cent, with two digits.
 from __future__ import annotations
 
 import math
+import re
 from dataclasses import dataclass
 
 from ..catalogue.channels import CHANNELS
@@ -63,6 +64,14 @@ def over(above: Shown, below: Shown) -> str:
 
 # This space keeps a number and its unit on one line.
 SPACE = "\N{NO-BREAK SPACE}"
+AT_UNIT = re.compile(
+    r"(?<=\d) (?=(?:%|[mu]?[msV]|[kM]?[NW]|[kM]?Pa|k?Hz|bar|kg|l/min|m?m/s|rad/s)(?![\w/]))"
+)
+
+
+def whole(text: str) -> str:
+    """Returns a text whose numbers stay on one line with their units."""
+    return AT_UNIT.sub(SPACE, text)
 
 
 def percent(share: float | None) -> str:

@@ -51,11 +51,8 @@ from .page import (
     Told,
 )
 from .plotting import BLUE
-from .units import SPACE, percent, percent_ends
+from .units import percent, percent_ends, whole
 from .verdict_words import VERDICTS, what_now
-
-# The space between a number and its unit.
-AT_UNIT = re.compile(r"(?<=\d) (?=(?:m/s|MPa|[mNsV])(?: |$))")
 
 
 def where_section(diagnosis: Diagnosis) -> Section:
@@ -63,7 +60,7 @@ def where_section(diagnosis: Diagnosis) -> Section:
     where = diagnosis.where
     regimes = [
         share_bar(
-            AT_UNIT.sub(SPACE, share.condition),
+            whole(share.condition),
             share.share_of_gap,
             note=f"in {percent(share.share_of_time)} of the time",
         )

@@ -5,8 +5,9 @@ import msgspec
 import pytest
 
 from ehsid.harness.cli.console import Console, print_blocks
-from ehsid.harness.show.page import Heading, Items, Note, Table, Tagged, Told
-from ehsid.harness.show.rendering import html, notebook, text
+from ehsid.harness.show.page import Code, Heading, Items, Note, Page, Section, Table, Tagged, Told
+from ehsid.harness.show.rendering import html, notebook, render_page, text
+from ehsid.harness.show.units import whole
 
 TABLE = Table(
     "rig & more",
@@ -68,3 +69,16 @@ def test_a_terminal_shows_marks_and_lines_between_rows_of_several_lines() -> Non
 def test_what_is_told_can_be_kept(block: Told) -> None:
     kept = msgspec.json.decode(msgspec.json.encode(block), type=Told)  # type: ignore[arg-type]
     assert html([kept]) == html([block])
+
+
+def test_headings_and_sentences_keep_a_number_with_its_unit() -> None:
+    page = Page(
+        title="It removes 99 % of it",
+        lead=["After 8 s, 505 N and 3 mm."],
+        sections=[Section("At 25 Hz", [Heading("100 % of 12 bar"), Code("ehsid gap --dt 1 s")])],
+    )
+    shown = render_page(page)
+    for kept in ("99 %", "8 s", "505 N", "3 mm", "25 Hz", "100 %", "12 bar"):
+        assert kept.replace(" ", "\N{NO-BREAK SPACE}") in shown
+    assert "--dt 1 s" in shown  # what is copied stays as it is
+    assert whole("3 samples, 2 seconds, 4 mm/s") == "3 samples, 2 seconds, 4\N{NO-BREAK SPACE}mm/s"
