@@ -25,6 +25,7 @@ METHODS = {
 SERVO = {
     "servo": "`ServoEstimator`",
     "servo_start": "`ServoEstimator`, while its twelve starts compete",
+    "growth": "`GrowthMonitor`, 22 signatures",
 }
 
 M4F, M7 = "Cortex-M4F", "Cortex-M7"

@@ -247,6 +247,7 @@ void bind_arx_estimator(py::module_& m);
 void bind_estimator_bank(py::module_& m);
 void bind_servo_estimator(py::module_& m);
 void bind_servo_bank(py::module_& m);
+void bind_growth_monitor(py::module_& m);
 
 }  // namespace ehsid::bindings
 

@@ -60,6 +60,57 @@ struct ServoStart : Servo {
   ServoStart() : Servo(0.001F) {}
 };
 
+/// The monitor of five effects with signatures of 22 sizes; the block ends among the samples that count.
+using Growths = ehsid::GrowthMonitor<float, 22, 5>;
+
+constexpr Growths::Tables growth_tables() {
+  Growths::Tables made{};
+  made.signatures = 22;
+  made.tests = 5;
+  made.delay = 1;
+  made.settle = 20;
+  made.block = 400;
+  made.gain = 0.015F;
+  made.s = 0.06F;
+  made.w = 0.17F;
+  made.e = 0.71F;
+  made.i = 0.4F;
+  made.decay = 0.39F;
+  made.pull = 0.3F;
+  made.correction = {0.6F, 0.3F, 0.1F};
+  for (std::size_t n = 0; n < made.command_edges.size(); ++n) {
+    made.command_edges[n] = 0.2F * static_cast<float>(n) - 0.6F;
+  }
+  for (std::size_t n = 0; n < made.acceleration_edges.size(); ++n) {
+    made.acceleration_edges[n] = 1e-3F * static_cast<float>(n) - 1.5e-3F;
+  }
+  for (std::size_t c = 0; c < made.cells.size(); ++c) {
+    made.cells[c].weight = 500.0F;
+    made.cells[c].other = {0.01F * static_cast<float>(c % 7), 0.2F};
+    for (std::size_t n = 0; n < 22; ++n) {
+      made.cells[c].signature[n] = 0.01F * static_cast<float>((c + n) % 5) - 0.02F;
+    }
+  }
+  for (std::size_t n = 0; n < 22; ++n) {
+    made.effect[n] = static_cast<std::int32_t>(n % 5);
+  }
+  for (std::size_t n = 0; n < 5; ++n) {
+    made.asked[n] = {static_cast<std::int32_t>(n), 0.5F, 0.25F};
+  }
+  made.prior = 0.01F;
+  made.limit = 19.0F;
+  return made;
+}
+
+constexpr Growths::Tables kGrowthTables = growth_tables();
+
+struct Growing : Growths {
+  Growing() { static_cast<void>(configure(kGrowthTables)); }
+  int update_with(const Input& input) {
+    return static_cast<int>(step(input.servo_command, input.servo_position));
+  }
+};
+
 /// Eqs. (12)-(14) on a full matrix, as one writes them with Eigen; without any check or guard.
 struct Dense {
   Vector theta = Vector::Zero();
@@ -119,9 +170,11 @@ using small = Recursion<ehsid::Constant<float>, ehsid::NoParts>;
 using whole_riv = Settled<ehsid::InstrumentalArxEstimator<float, 3, 3, 1>>;
 using whole_servo = Servo;
 using whole_servo_start = ServoStart;
+using whole_growth = Growing;
 
 constexpr std::int32_t first(const Servo* /*form*/) { return 1200; }
 constexpr std::int32_t first(const ServoStart* /*form*/) { return 400; }
+constexpr std::int32_t first(const Growing* /*form*/) { return 800; }
 constexpr std::int32_t first(const void* /*form*/) { return 150; }
 }  // namespace forms
 

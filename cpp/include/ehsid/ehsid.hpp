@@ -6,6 +6,7 @@
 #include <ehsid/arx_estimator.hpp>
 #include <ehsid/fit.hpp>
 #include <ehsid/forgetting.hpp>
+#include <ehsid/growth_monitor.hpp>
 #include <ehsid/instrumental_variables.hpp>
 #include <ehsid/monitor.hpp>
 #include <ehsid/reset.hpp>

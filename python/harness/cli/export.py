@@ -24,7 +24,14 @@ from .options import (
     hints_of,
     read_io,
 )
-from .policy_option import Lambda0, PolicyName, PolicySettings, make_policy, servo_settings
+from .policy_option import (
+    Lambda0,
+    PolicyName,
+    PolicySettings,
+    growth_settings,
+    make_policy,
+    servo_settings,
+)
 
 if TYPE_CHECKING:
     from ..firmware.of_record import Whole
@@ -131,6 +138,15 @@ def export_command(
             "takes delay, drift and tolerance",
         ),
     ] = False,
+    growth: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="RIG",
+            help="the tables of a GrowthMonitor, which tells which effect grows: RECORD is of the "
+            "quiet machine, RIG its rig file; --setting then takes hours",
+            show_default=False,
+        ),
+    ] = None,
     name: Annotated[
         str | None,
         typer.Option(
@@ -174,7 +190,8 @@ def export_command(
         Path | None,
         typer.Option(
             help="file to write; default servo_configuration.hpp, .h with --c, servo_estimator.c "
-            "with --c-source, .st with --st, RIG.fmu with a rig file",
+            "with --c-source, .st with --st, growth_tables.hpp with --growth, RIG.fmu with a rig "
+            "file",
             show_default=False,
         ),
     ] = None,
@@ -186,6 +203,8 @@ def export_command(
     Examples: ehsid export rec.csv --na 3 --nb 3 --nk 1 --out servo_configuration.hpp
 
     ehsid export rec.csv --servo --out servo_configuration.hpp
+
+    ehsid export rec.csv --growth rig.toml --out growth_tables.hpp
 
     ehsid export rec.csv --c-source --out servo_estimator.c
 
@@ -201,6 +220,9 @@ def export_command(
         header_of_record,
         servo_header_of_record,
     )
+    from ..firmware.growth import HOURS
+    from ..firmware.growth_header import growth_header_of_record
+    from ..rigs import read_rig
 
     of_arx = {
         "--na": na is not None,
@@ -222,6 +244,7 @@ def export_command(
             "--setting": setting is not None,
             "--map": maps is not None,
             "--servo": servo,
+            "--growth": growth is not None,
             "--c": c,
             "--c-source": c_source,
             "--st": st,
@@ -237,6 +260,18 @@ def export_command(
     name = name or "servo"
     check_name(name)
     kinds = {"--servo": servo, "--c": c, "--c-source": c_source, "--st": st}
+    if growth is not None:
+        wrong = {**of_arx, **kinds, "--fmu": fmu is not None, "--float64": float64}
+        hours = growth_settings(setting, wrong).get("hours", HOURS)
+        path = out or Path("growth_tables.hpp")
+        with result_files(path, "export", inputs=[record, growth]) as folder:
+            rig = read_rig(growth)
+            data, _ = read_io(record, input_name, output_name, hints_of(maps, sampling_time))
+            with about(record):
+                tables = growth_header_of_record(record, data, rig, name=name, hours=hours)
+            write_text(folder / path.name, tables.text)
+        Console().print(f"{path}: {tables.summary}", soft_wrap=True)
+        return
     if fmu is not None:
         kinds |= {"--fmu": True, "--out": out is not None}
     whole, path = _whole(kinds, float64, fmu or out)

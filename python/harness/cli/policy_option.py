@@ -91,6 +91,17 @@ def servo_settings(settings: Sequence[str] | None, given: Mapping[str, bool]) ->
     return read_settings(settings, names, "ServoEstimator", {})
 
 
+def growth_settings(settings: Sequence[str] | None, given: Mapping[str, bool]) -> dict[str, float]:
+    """Returns the settings of a GrowthMonitor that --setting gives beside --growth.
+
+    given: options of estimators, and whether they are given; ValueError where one is.
+    """
+    wrong = [option for option, is_given in given.items() if is_given]
+    if wrong:
+        raise ValueError(f"{wrong[0]} is of an estimator; leave it out, or --growth")
+    return read_settings(settings, {"hours": "hours"}, "GrowthMonitor", {})
+
+
 def read_settings(
     settings: Sequence[str] | None, names: Mapping[str, str], of: str, given: dict[str, float]
 ) -> dict[str, float]:

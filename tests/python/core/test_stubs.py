@@ -26,7 +26,7 @@ ehsid\._core\.[A-Z]\w*
 # enums: a member of pybind11's own
 ehsid\._core\.\w+\.__pybind11_native_enum__
 # results, which only the module makes: their __init__ takes anything, and raises
-ehsid\._core\.(EffectInfo|PlantParameter|PolicyInfo|PolicySetting|ServoReading)\.__init__
+ehsid\._core\.(EffectInfo|Growth|GrowthRun|PlantParameter|PolicyInfo|PolicySetting|ServoReading)\.__init__
 ehsid\._core\.(TrackedRun|TrackedSeries|TrackedServo|TrackedServos|TrackedValue|Trajectory)\.__init__
 """
 
