@@ -58,7 +58,8 @@ def _self_test(tables: GrowthTables) -> tuple[list[float], dict[str, float | int
     run = tables.monitor().run(command, position + random.astype(np.float32) * noise)
     columns = np.column_stack([run.innovation, run.statistic])
     told = np.add.accumulate(columns, axis=0, dtype=np.float32)[-1]
-    return told.tolist(), {"samples": samples, "step": float(step), "noise": float(noise), "bias": float(bias)}
+    signal = {"step": float(step), "noise": float(noise), "bias": float(bias)}
+    return told.tolist(), {"samples": samples, **signal}
 
 
 def _braces(numbers: Iterable[float]) -> str:
