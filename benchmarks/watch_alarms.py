@@ -4,6 +4,7 @@
     python benchmarks/watch_alarms.py table       # of the limits in `watch.changes`
     python benchmarks/watch_alarms.py check       # alarms a year with that table, other seeds
     python benchmarks/watch_alarms.py detection   # steps and growths: delay, date, found
+    python benchmarks/watch_alarms.py detection --picture docs/watch/detection.png
 
 Logs are taken at random days of a year. Each scatters by its own deviation s and by tau between
 logs. For the table and its check s is nearly 0: nothing is known of the scatter but what the logs
@@ -15,11 +16,17 @@ from __future__ import annotations
 import argparse
 import math
 from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from pathlib import Path
 
 import numpy as np
+from matplotlib.figure import Figure
 
+from ehsid.harness.show.plotting import styled, write_figure
 from ehsid.harness.watch import changes as ch
 
+# Of the detection: kinds, sizes in deviations of a log, and years of each.
+KINDS, SIZES, COUNT = ("step", "growth"), (1.0, 2.0, 3.0, 5.0, 8.0), 400
 YEARS = {12: 20_000, 26: 10_000, 52: 6_000, 120: 2_500, 365: 700}
 DAYS = 365.25
 
@@ -77,49 +84,86 @@ def check() -> Iterator[str]:
             )
 
 
-def detection() -> Iterator[str]:
+@dataclass(frozen=True)
+class Detected:
+    """What was told of changes of one kind and size, in COUNT years."""
+
+    kind: str
+    size: float
+    """In deviations of a log."""
+    delays: list[float]
+    """Days from the change to its alarm, of those that were noticed."""
+    dates: float
+    kinds: float
+    """Shares of them whose interval holds the date, and whose kind is right."""
+
+    def __str__(self) -> str:
+        delay = np.median(self.delays) if self.delays else math.nan
+        return (
+            f"{self.kind} of {self.size:g} deviations of a log: noticed "
+            f"{len(self.delays) / COUNT:.0%}, median delay {delay:.0f} days, date within its "
+            f"interval {self.dates:.0%}, kind right {self.kinds:.0%}"
+        )
+
+
+def detection() -> Iterator[Detected]:
     """Changes in the middle of a year of 52 logs; sizes in deviations of one log."""
-    logs, quantities, count = 52, 15, 400
+    logs, quantities = 52, 15
     limit = ch.threshold(logs, quantities)
-    for kind in ("step", "growth"):
-        for size in (1.0, 2.0, 3.0, 5.0, 8.0):
+    for kind in KINDS:
+        for size in SIZES:
             rng = np.random.default_rng([48, round(10 * size), kind == "growth"])
-            delays, held, right = [], [], 0
-            for _ in range(count):
+            delays, held, right = [], [], []
+            for _ in range(COUNT):
                 quiet = year(logs, rng, known=True)
                 day = float(rng.uniform(0.4, 0.6)) * DAYS
                 one = float(np.hypot(np.median(quiet.deviations), ch.scatter(quiet)))
                 late = np.maximum(quiet.days - day, 0.0)
                 # A growth reaches the size after 90 days.
                 shape = (late > 0.0) if kind == "step" else late / 90.0
-                changed = ch.Course(
-                    quiet.days,
-                    quiet.values + size * one * shape,
-                    quiet.deviations,
-                    quiet.covariates,
-                )
-                found = ch.changes(changed, limit)
+                values = quiet.values + size * one * shape
+                found = ch.changes(replace(quiet, values=values), limit)
                 if found:
                     first = found[0]
                     delays.append(first.noticed - day)
                     held.append(first.days90[0] <= day <= first.days90[1])
-                    right += first.kind == kind
-            share = len(delays) / count
-            yield (
-                f"{kind} of {size:g} deviations of a log: noticed {share:.0%}, median delay "
-                f"{np.median(delays) if delays else math.nan:.0f} days, date within its interval "
-                f"{np.mean(held) if held else math.nan:.0%}, kind right "
-                f"{right / max(len(delays), 1):.0%}"
-            )
+                    right.append(first.kind == kind)
+            shares = [float(np.mean(each)) if each else math.nan for each in (held, right)]
+            yield Detected(kind, size, delays, *shares)
+
+
+@styled
+def curves(found: list[Detected]) -> Figure:
+    """Share of the changes that are noticed within so many days, for each size."""
+    figure = Figure(figsize=(8.0, 3.2))
+    panels = figure.subplots(1, 2, sharey=True)
+    for axes, kind in zip(panels, KINDS, strict=True):
+        for one in found:
+            if one.kind == kind:
+                days = np.sort(one.delays)
+                noticed = 100.0 * np.arange(1, days.size + 1) / COUNT
+                axes.step(days, noticed, where="post", label=f"{one.size:g}")
+        axes.set_title("step" if kind == "step" else "growth, by its size in 90 days")
+        axes.set_xlabel("days after the change")
+        axes.set_xlim(0.0, 200.0)
+        axes.set_ylim(0.0, 101.0)
+    panels[0].set_ylabel("noticed, %")
+    panels[1].legend(title="deviations of a log", loc="lower right")
+    return figure
 
 
 def main() -> None:
     """Prints one of the tables."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("which", choices=("table", "check", "detection"))
-    runs = {"table": table, "check": check, "detection": detection}
-    for line in runs[parser.parse_args().which]():
+    parser.add_argument("--picture", type=Path, help="of the detection, to be written")
+    given = parser.parse_args()
+    found = []
+    for line in {"table": table, "check": check, "detection": detection}[given.which]():
         print(line, flush=True)
+        found.append(line)
+    if given.picture:
+        write_figure(given.picture, curves(found))
 
 
 if __name__ == "__main__":
