@@ -148,7 +148,7 @@ def curves(found: list[Detected]) -> Figure:
         axes.set_xlim(0.0, 200.0)
         axes.set_ylim(0.0, 101.0)
     panels[0].set_ylabel("noticed, %")
-    panels[1].legend(title="deviations of a log", loc="lower right")
+    panels[0].legend(title="deviations of a log", loc="center right")
     return figure
 
 

@@ -108,8 +108,8 @@ def simulate_experiment(
     """
     n = round(DESIGN_S / dt_s)
     # A fifth of the speed is left for what the rig file does not tell.
-    fastest_v = (1.0 - 2.0 * DESIGN_MARGIN) * limits.speed_m_s / velocity_gain(rig)
-    limit_v = min(limits.command_v, fastest_v)
+    fastest_m_s = (1.0 - 2.0 * DESIGN_MARGIN) * limits.speed_m_s
+    limit_v = min(limits.command_v, fastest_m_s / velocity_gain(rig))
     low, high = limits.position_m
     shape = entry.shape(n, dt_s)
     command = entry.size * limit_v * (shape - shape.mean())
@@ -129,7 +129,7 @@ def simulate_experiment(
     edge = 0.5 * DESIGN_MARGIN * limits.span_m
     if position.min() < low + edge or position.max() > high - edge:
         return None
-    if np.abs(record.column("velocity_m_s")).max() > limits.speed_m_s:
+    if np.abs(record.column("velocity_m_s")).max() > fastest_m_s:
         return None
     if rig.plant == "ehs":
         chambers = np.stack([record.column(name) for name in CHAMBER_PRESSURES])

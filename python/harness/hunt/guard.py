@@ -13,8 +13,9 @@ from ..diagnosis.limits import Limits
 
 # Time in which a servo stops after its command goes to null: delay, valve, and the oil spring.
 STOPPING_S = 0.05
-# The speed is that over this time, which averages the noise of the sensor.
-SPEED_OVER_S = 0.01
+# The speed is that over this time: the oil spring swings a rod with up to some 150 Hz. Noise of the
+# sensor is not taken for speed, up to so many of its deviations.
+SPEED_OVER_S, DEVIATIONS = 0.002, 3.0
 # Share of the limit of speed or pressure at which an experiment ends: it must not be passed.
 NEARLY = 0.9
 
@@ -40,7 +41,14 @@ class Guard:
         what the machine may not pass.
     dt_s
         sampling time, s.
+
+    Attributes
+    ----------
+    noise_m
+        standard deviation of the noise of the position sensor, m, as it is at rest.
     """
+
+    noise_m = 0.0
 
     def __init__(self, limits: Limits, dt_s: float) -> None:
         self._limits = limits
@@ -75,7 +83,9 @@ class Guard:
         self._positions.append(position)
         speed = self._speed()
         self._look(sample, speed)
-        if abs(speed) > NEARLY * self._limits.speed_m_s:
+        window_s = self._dt_s * (len(self._positions) - 1)
+        noise = DEVIATIONS * math.sqrt(2.0) * self.noise_m / max(window_s, self._dt_s)
+        if abs(speed) - noise > NEARLY * self._limits.speed_m_s:
             return f"the speed of {1e3 * abs(speed):.3g} mm/s comes near its limit"
         # Where the rod would stop if the valve closed now.
         stop = position + speed * STOPPING_S

@@ -7,6 +7,7 @@ to take, as it did when the experiment was designed.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 
@@ -130,11 +131,17 @@ class _Hold:
             if near or reason:
                 break
         self.stay(to_m, dt_s)
+        at_rest = self.stay(to_m, dt_s)
+        # Of two samples the difference has twice the variance of one.
+        self.guard.noise_m = float(np.std(np.diff(at_rest))) / math.sqrt(2.0)
 
-    def stay(self, at_m: float, dt_s: float) -> None:
-        """Holds the rod for HELD_S."""
-        for _ in range(round(HELD_S / dt_s)):
+    def stay(self, at_m: float, dt_s: float) -> list[float]:
+        """Holds the rod for HELD_S; returns the positions."""
+        positions = []
+        for _ in range(max(3, round(HELD_S / dt_s))):
+            positions.append(self.machine.read()[POSITION])
             self._step(at_m)
+        return positions
 
     def _step(self, to_m: float) -> str:
         """One sample; returns what the guard says of it."""
