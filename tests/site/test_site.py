@@ -142,7 +142,7 @@ def test_every_link_inside_the_site_leads_somewhere() -> None:
     assert not broken
 
 
-@pytest.mark.parametrize("section", ["tutorials", "how_to", "explanation", "reference", "evidence"])
+@pytest.mark.parametrize("section", ["how_to", "explanation", "reference", "evidence"])
 def test_an_index_is_one_list_with_a_few_words_on_each_page(section: str) -> None:
     text = page(SITE / section / "index.html")
     article = text[text.index('<article class="bd-article"') : text.index("</article>")]
