@@ -19,6 +19,10 @@ from .lazy import Verb, lazy_group, verbs_of_guests
 from .usage import examples_text
 
 VERBS = (
+    Verb(
+        "start",
+        "Go from logs and the name plate of a machine to a diagnosis, and say what did it.",
+    ),
     Verb("import", "Read a log of any kind, say what was taken for what, and keep it as a record."),
     Verb("estimate", "Estimate a servo and its ARX model, with the code the firmware runs."),
     Verb(
@@ -80,7 +84,7 @@ VERBS = (
 GROUPS = {"rig": "Describe a machine in a rig file (new), and check it against records (check)."}
 # Of the command itself and of its groups; those of the other commands stand in their docstrings.
 EXAMPLES = {
-    "": ("ehsid identify rec.csv", "ehsid gap run1.csv --rig rig.toml --out diagnosis"),
+    "": ("ehsid start run1.csv", "ehsid gap run1.csv --rig rig.toml --out diagnosis"),
     "rig": ("ehsid rig new --out rig.toml", "ehsid rig check rig.toml run1.csv"),
 }
 

@@ -1,0 +1,103 @@
+# SPDX-License-Identifier: MIT
+"""`ehsid start`: the commands that it runs, with a stand-in for the diagnosis."""
+
+from __future__ import annotations
+
+import builtins
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from diagnosis_stand_in import FakeDiagnose
+from made_diagnoses import made_diagnosis, measured_record
+from typer.testing import CliRunner
+
+from ehsid.harness import diagnosis
+from ehsid.harness.cli import cli, start
+from ehsid.harness.records import write_record
+from ehsid.harness.rigs import read_rig
+
+pytestmark = pytest.mark.usefixtures("blank_pictures", "no_plots")
+
+PLATE = (
+    *("--bore", "63 mm", "--rod", "35 mm", "--stroke", "300 mm"),
+    *("--supply", "120 bar", "--rated-flow", "38 l/min"),
+)
+
+
+@pytest.fixture
+def fake(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> FakeDiagnose:
+    monkeypatch.chdir(tmp_path)
+    stand_in = FakeDiagnose(made_diagnosis("effects"))
+    monkeypatch.setattr(diagnosis, "diagnose", stand_in)
+    for place in (1, 2):
+        record = measured_record("record", place, seconds=4.0, dt_s=2e-3)
+        write_record(record, Path(f"run{place}.csv"))
+    return stand_in
+
+
+def run(*words: str) -> tuple[int, str]:
+    done = CliRunner().invoke(cli, ["start", *words])
+    return done.exit_code, done.output
+
+
+def test_logs_and_a_name_plate_become_a_report(fake: FakeDiagnose) -> None:
+    code, said = run("run1.csv", "run2.csv", *PLATE, "--out", "press")
+    assert code == 0, said
+    assert Path("press/diagnosis/report.html").is_file()
+    assert read_rig(Path("press/rig.toml")).values["cylinder.bore_m"] == 0.063
+    assert fake.asked.fitted == ["run1", "run2"]
+    commands = [line.strip() for line in said.splitlines() if line.startswith("  ehsid ")]
+    assert commands == [
+        "ehsid import run1.csv --out press/run1.parquet",
+        "ehsid import run2.csv --out press/run2.parquet",
+        "ehsid rig new --bore '63 mm' --rod '35 mm' --stroke '300 mm' --supply '120 bar' "
+        "--rated-flow '38 l/min' --name press --out press/rig.toml",
+        "ehsid rig check press/rig.toml press/run1.parquet press/run2.parquet",
+        "ehsid gap press/run1.parquet press/run2.parquet --rig press/rig.toml "
+        "--out press/diagnosis",
+    ]
+
+
+def test_a_corrected_rig_file_is_taken_as_it_is(fake: FakeDiagnose) -> None:
+    assert run("run1.csv", *PLATE)[0] == 0
+    rig = Path("start/rig.toml")
+    rig.write_text(rig.read_text().replace("bore_m = 0.063", "bore_m = 0.064"))
+    code, said = run("run1.csv")
+    assert code == 0, said
+    assert fake.asked.rig.values["cylinder.bore_m"] == 0.064
+    assert "ehsid rig new" not in said
+
+
+def test_on_a_terminal_the_five_values_are_asked_for(
+    fake: FakeDiagnose, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    answers: Iterator[str] = iter(["wide", "63 mm", "35 mm", "300 mm", "120 bar", "38 l/min"])
+    opened: list[str] = []
+    monkeypatch.setattr(start, "_on_a_terminal", lambda: True)
+    monkeypatch.setattr(builtins, "input", lambda: next(answers))
+    monkeypatch.setattr(start.typer, "launch", opened.append)
+    code, said = run("run1.csv")
+    assert code == 0, said
+    assert "expected a number and its unit" in said  # of the answer "wide"
+    assert not list(answers)
+    assert opened == [(Path("start/diagnosis/report.html").absolute()).as_uri()]
+
+
+@pytest.mark.parametrize(
+    ("words", "says"),
+    [
+        (("run1.csv",), "--bore, --rod, --stroke, --supply, --rated-flow: missing: expected such"),
+        (("run9.csv", *PLATE), "run9.csv: there is no such file: expected a log; check the path"),
+        (("run1.csv", "run1.csv", *PLATE), "two logs are named 'run1': expected each name once"),
+        (("run1.csv", *PLATE[2:], "--bore", "wide"), "--bore 'wide': expected a number"),
+    ],
+)
+def test_what_cannot_be_started_is_said(
+    fake: FakeDiagnose, words: tuple[str, ...], says: str
+) -> None:
+    code, said = run(*words)
+    assert code == 2
+    assert says in " ".join(said.split())
+    assert not Path("start/diagnosis").exists()
+    assert not fake.calls
