@@ -128,3 +128,9 @@ def test_a_record_without_motion_cannot_be_used() -> None:
     ran = run_experiment(Pure(), still, RIG, LIMITS, "experiment1")
     assert ran.record is None
     assert "is constant" in ran.stopped
+
+
+def test_no_command_passes_its_limit() -> None:
+    machine = Pure()
+    run_experiment(machine, swing(1.0), RIG, Limits((0.05, 0.2), 0.7), "experiment1")
+    assert max(map(abs, machine.sent)) == pytest.approx(0.7)
