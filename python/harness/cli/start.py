@@ -22,9 +22,8 @@ RECORD, RIG, DIAGNOSIS = "{}.parquet", "rig.toml", "diagnosis"
 
 
 def _plate(name: str) -> typer.models.OptionInfo:
-    option: typer.models.OptionInfo = typer.Option(
-        f"--{name}", help=help_of(name), show_default=False
-    )
+    needed, _, _ = help_of(name).partition("; needed")  # of the plants of `rig new`
+    option: typer.models.OptionInfo = typer.Option(f"--{name}", help=needed, show_default=False)
     return option
 
 
