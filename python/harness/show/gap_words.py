@@ -17,8 +17,8 @@ from ..catalogue.spellings import ParameterKey
 from ..diagnosis.result import Diagnosis
 from ..diagnosis.schema import Candidate, Estimate, HowFar, Remark
 from ..rigs.rig import table_words
-from .page import Table, Tagged
-from .units import SPACE, percent, percent_interval
+from .page import SPACE, Table, Tagged
+from .units import percent, percent_interval
 
 # What the decision made of a candidate.
 STANDINGS: MappingProxyType[str | None, str] = MappingProxyType(

@@ -19,6 +19,18 @@ if TYPE_CHECKING:
 NUMBER = re.compile(r"[-+−–±≤≥<>(]?\s*(?:\d[\d.,]*|\.\d+)(?:e[-+]?\d+)?(?!\w)|[-–]$")
 
 
+# Between a number and its unit, where a heading or a sentence must not break.
+SPACE = "\N{NO-BREAK SPACE}"
+AT_UNIT = re.compile(
+    r"(?<=\d) (?=(?:%|[mu]?[msV]|[kM]?[NW]|[kM]?Pa|k?Hz|bar|kg|l/min|m?m/s|rad/s)(?![\w/]))"
+)
+
+
+def whole(text: str) -> str:
+    """Returns a text whose numbers stay on one line with their units."""
+    return AT_UNIT.sub(SPACE, text)
+
+
 class Tagged(msgspec.Struct, frozen=True, tag=True):
     """A text with a highlighted tag behind it, and a hint that appears on hovering.
 

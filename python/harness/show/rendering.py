@@ -19,8 +19,7 @@ import ehsid
 
 from ..base.error_words import printable
 from ..base.files import write_text
-from .page import Block, Items, Note, Page, Picture, Plot, Table, all_blocks, cell_text
-from .units import whole
+from .page import Block, Items, Note, Page, Picture, Plot, Table, all_blocks, cell_text, whole
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

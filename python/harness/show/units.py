@@ -7,11 +7,11 @@ The one way in which pages write a share: in per cent, with two digits.
 from __future__ import annotations
 
 import math
-import re
 from dataclasses import dataclass
 
 from ..catalogue.channels import CHANNELS
 from ..diagnosis.schema import Estimate
+from .page import SPACE
 
 
 @dataclass(frozen=True)
@@ -60,18 +60,6 @@ def coefficient(name: str, above: Shown, below: Shown) -> Shown:
 def over(above: Shown, below: Shown) -> str:
     """Returns the unit of a ratio; "" where one of both is not known."""
     return f"{above.unit}/{below.unit}" if above.unit and below.unit else ""
-
-
-# This space keeps a number and its unit on one line.
-SPACE = "\N{NO-BREAK SPACE}"
-AT_UNIT = re.compile(
-    r"(?<=\d) (?=(?:%|[mu]?[msV]|[kM]?[NW]|[kM]?Pa|k?Hz|bar|kg|l/min|m?m/s|rad/s)(?![\w/]))"
-)
-
-
-def whole(text: str) -> str:
-    """Returns a text whose numbers stay on one line with their units."""
-    return AT_UNIT.sub(SPACE, text)
 
 
 def percent(share: float | None) -> str:

@@ -49,9 +49,10 @@ from .page import (
     Table,
     Tagged,
     Told,
+    whole,
 )
 from .plotting import BLUE
-from .units import percent, percent_ends, whole
+from .units import percent, percent_ends
 from .verdict_words import VERDICTS, what_now
 
 
