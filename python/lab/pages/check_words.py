@@ -6,7 +6,8 @@ from __future__ import annotations
 import math
 
 from ehsid.harness.base.numbers import plain_number
-from ehsid.harness.show.units import SPACE, percent
+from ehsid.harness.show.page import SPACE
+from ehsid.harness.show.units import percent
 
 from ..scoring.figures import Figure, Range
 from ..scoring.judging import SENSORS
