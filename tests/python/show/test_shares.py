@@ -6,7 +6,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from ehsid.harness.diagnosis.schema import Estimate
-from ehsid.harness.show.units import SPACE, percent, percent_interval
+from ehsid.harness.show.page import SPACE
+from ehsid.harness.show.units import percent, percent_interval
 
 
 def plain(text: str) -> str:
