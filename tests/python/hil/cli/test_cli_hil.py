@@ -64,7 +64,7 @@ def test_a_run_and_its_files(relay: Relay, tmp_path: Path) -> None:
     assert run["samples"] == 100
     assert run["samples_that_differ"] == 0
     assert read_record(out / "record.csv").column("position_m").size == 100
-    page = (out / "hil.html").read_text()
+    page = (out / "hil.html").read_text().replace("\N{NO-BREAK SPACE}", " ")
     assert "bit for bit" in page
     assert "http" not in page.replace("http://www.w3.org", "")  # works offline
     assert "100 of 100" in errors
@@ -88,7 +88,7 @@ def test_a_run_of_a_servo_and_its_files(relay: Relay, tmp_path: Path) -> None:
         low, high = run["servo"][name]["ci90"]
         assert low <= run["servo"][name]["value"] <= high
     assert run["servo"]["gain"]["reason_at_end"] == "starting"  # 2 s
-    page = (out / "hil.html").read_text()
+    page = (out / "hil.html").read_text().replace("\N{NO-BREAK SPACE}", " ")
     assert "every reason why they are not trusted" in page
     assert "ServoEstimator, 0.02 s, delay 1, drift 0.05, tolerance 0.1" in page
     assert "K 0.0" in errors  # while it runs
