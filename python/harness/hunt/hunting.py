@@ -57,7 +57,7 @@ class HuntExperiment:
     record: str
     """File of its record; "" where too few samples were taken."""
     stopped: str
-    """Why the guard ended it before its end; "" where it did not."""
+    """Why the guard ended it, or why its record cannot be used; "" where neither is so."""
     position_m: tuple[float, float]
     command_v: float
     speed_m_s: float
@@ -71,7 +71,7 @@ class HuntStep:
     """An experiment and the diagnosis of all records until then."""
 
     experiments: tuple[HuntExperiment, ...]
-    """None where the records were given, and several where the guard ended the first ones early."""
+    """Empty where the records were given; several where the guard ended the first ones early."""
     verdict: Verdict
     sentence: str
     causes: tuple[Cause, ...]
@@ -310,7 +310,7 @@ def _ending(diagnosis: Diagnosis, plan: _Plan | None, is_left: bool) -> Ending |
 
 
 def _told(plan: _Plan, ran: Ran) -> HuntExperiment:
-    """What the machine did: of the samples that were taken, with those of a run too short."""
+    """Returns what was planned, and what the machine did, as data."""
     seen = ran.seen
     return HuntExperiment(
         plan.experiment.description,
