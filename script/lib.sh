@@ -149,7 +149,7 @@ compile_wheel() {
 tell_compiled() {
   local done
   while kill -0 "$1" 2>/dev/null; do
-    done=$(grep -o '\[[0-9]*/[0-9]*\]' "$2" | tail -n 1)
+    done=$(grep -o '\[[0-9]*/[0-9]*\]' "$2" | tail -n 1 || true)
     [ $((SECONDS % 15)) -ne 0 ] || say "compiling ehsid ${done:+$done }..."
     sleep 1
   done
