@@ -5,9 +5,19 @@ import msgspec
 import pytest
 
 from ehsid.harness.cli.console import Console, print_blocks
-from ehsid.harness.show.page import Code, Heading, Items, Note, Page, Section, Table, Tagged, Told
+from ehsid.harness.show.page import (
+    Code,
+    Heading,
+    Items,
+    Note,
+    Page,
+    Section,
+    Table,
+    Tagged,
+    Told,
+    whole,
+)
 from ehsid.harness.show.rendering import html, notebook, render_page, text
-from ehsid.harness.show.units import whole
 
 TABLE = Table(
     "rig & more",
