@@ -66,7 +66,7 @@ def main(place: Path) -> None:
         rows = kept.rows(machine.name, [log.path.name for log in dated_logs(machine)])
     told = watched(machine.name, rows)
     shown = [one for one in told.quantities if any(part in one.name for part in SHOWN)]
-    write_figure(Path(__file__).parent / "life.png", life_figure(shown))
+    write_figure(Path(__file__).parent / "life.png", life_figure(shown, told.oil_temperature))
 
 
 if __name__ == "__main__":

@@ -19,6 +19,7 @@ import ehsid
 from .base.error_words import error_words
 from .base.exchange import sha256_of
 from .base.files import is_incomplete, temporary_folder
+from .base.parallel import run_surviving
 from .diagnosis.job import (
     DIAGNOSIS,
     ERROR,
@@ -31,7 +32,6 @@ from .diagnosis.job import (
     failure,
     keep,
     one_line,
-    run_and_keep,
     run_job,
 )
 from .diagnosis.options import DiagnosisOptions
@@ -146,27 +146,24 @@ def run_fleet(
     `hints` are what `read` was told about the records; they belong to the inputs of a result.
 
     A machine whose process is killed, for example for want of memory, gets an error; the others go
-    on. Which of those at work it was shows when they are run again, half of them at a time.
+    on.
     """
-    left = {folder.name: folder for folder in folders}
-    tasks = (_task(folder, options, read, diagnose, write, hints) for folder in folders)
-    try:
-        for outcome in run_and_keep(tasks, out):
-            del left[outcome.name]
-            yield outcome
-    except ChildProcessError:
-        again = list(left.values())
-        if len(again) == 1:
-            message = (
-                f"{again[0]}: its process was killed, perhaps for want of memory: take shorter "
-                "records or fewer --workers"
-            )
-            killed = Outcome(again[0].name, {ERROR: f"{message}\n".encode()}, message, 0.0)
-            keep(killed, out)
-            yield killed
-            return
-        for some in (again[: len(again) // 2], again[len(again) // 2 :]):
-            yield from run_fleet(some, out, options, read, diagnose, write, hints)
+
+    def task_of(folder: Path) -> Callable[[], Outcome]:
+        return _task(folder, options, read, diagnose, write, hints)
+
+    for folder, found in run_surviving(folders, task_of):
+        outcome = found or _killed(folder)
+        keep(outcome, out)
+        yield outcome
+
+
+def _killed(folder: Path) -> Outcome:
+    message = (
+        f"{folder}: its process was killed, perhaps for want of memory: take shorter records or "
+        "fewer --workers"
+    )
+    return Outcome(folder.name, {ERROR: f"{message}\n".encode()}, message, 0.0)
 
 
 def _task(

@@ -12,9 +12,11 @@ import panel as pn
 from ehsid.harness.show.units import percent
 
 from . import look
+from .histories import Histories
+from .history_view import histories_html
 from .machines import MachineRow, machine_rows
 from .page import NEW, View
-from .workbench import REMOVED, Workbench
+from .workbench import REMOVED
 
 LOOK_MS = 3000  # between two looks for what has changed
 # Heading of each column, and whether it has numbers.
@@ -36,9 +38,10 @@ class MachinesView(View):
     title = "Machines"
     purpose = "All machines of this folder side by side. Click on a heading to sort by it."
 
-    def __init__(self, workbench: Workbench) -> None:
-        super().__init__(workbench)
-        self._table = look.words("")
+    def __init__(self, histories: Histories) -> None:
+        super().__init__(histories.workbench)
+        self._histories = histories
+        self._table, self._lives = look.words(""), look.words("")
         self._chosen = look.select("machine", width=280)
         self._chosen.param.watch(self.told(lambda event: self._ask(False)), "value")
         self._name = look.text_input("new name", placeholder="such as press_7", width=280)
@@ -59,7 +62,7 @@ class MachinesView(View):
             pn.FlexBox(self._yes, self._no),
             sizing_mode="stretch_width",
         )
-        self.layout.objects = [self._table, self._changes]
+        self.layout.objects = [self._table, self._lives, self._changes]
         self._ask(False)
         look_again = self.told(self.refresh, keep=True)
         look_again()
@@ -103,6 +106,9 @@ class MachinesView(View):
         html = table_html(rows, self.theme)
         if self._table.object != html:
             self._table.object = html
+        lives = histories_html(self._histories, self.theme)
+        if self._lives.object != lives:
+            self._lives.object = lives
         names = [row.name for row in rows]
         if self._chosen.options != names:
             kept = self._chosen.value if self._chosen.value in names else None

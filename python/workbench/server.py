@@ -27,6 +27,8 @@ from ehsid.harness.base.error_words import error_words
 from ehsid.harness.rigs.checks import read_text
 
 from . import look
+from .histories import NUMBERS, PAGE, Histories
+from .history_view import HistoryView
 from .live.page import LivePage
 from .live.runs import SERVED as LIVE_SERVED
 from .live.runs import LiveRuns
@@ -285,17 +287,31 @@ class _LiveResult(_Guarded):
         await self.send(file)
 
 
+class _HistoryResult(_Guarded):
+    """Serves the page and the numbers of a history, wherever they are."""
+
+    def initialize(self, auth: _Token, workbench: Workbench) -> None:
+        super().initialize(auth, workbench)
+        self.histories = Histories(workbench)
+
+    async def get(self, name: str, file: str) -> None:
+        path = self.histories.result(name) / file
+        if name not in self.histories.names() or not path.is_file():
+            raise HTTPError(404)
+        await self.send(path)
+
+
 def _below(file: Path, folder: Path) -> str:
     """Returns the path of a file below a folder; "" where it is elsewhere."""
     return file.relative_to(folder).as_posix() if file.is_relative_to(folder) else ""
 
 
-def _page_of_a_session(workbench: Workbench) -> pn.Template:
+def _page_of_a_session(workbench: Workbench, histories: Histories) -> pn.Template:
     """Returns the page; where its session cannot be opened, all machines with the reason."""
     try:
         return Page(workbench).template
     except SessionError as error:
-        view = MachinesView(workbench)
+        view = MachinesView(histories)
         view.problem.object = look.error(str(error))
         return view.template
 
@@ -326,15 +342,16 @@ def serve(folder: Path, port: int = 0, *, ready: Callable[[str], None]) -> None:
     pn.extension(inline=True)
     pn.config.raw_css = []
     workbench = Workbench(folder)
-    live = LiveRuns(workbench)
+    live, histories = LiveRuns(workbench), Histories(workbench)
     # Cookies of one machine are shared by all its ports.
     auth = _Token(f"ehsid_{secrets.token_hex(4)}", secrets.token_urlsafe(32))
     about: dict[str, Any] = {"auth": auth, "workbench": workbench}
     loop = IOLoop.current()
     server = get_server(
         {
-            "/": lambda: _page_of_a_session(workbench),
-            "/machines": lambda: MachinesView(workbench).template,
+            "/": lambda: _page_of_a_session(workbench, histories),
+            "/machines": lambda: MachinesView(histories).template,
+            "/history": lambda: HistoryView(histories).template,
             "/playground": lambda: PlaygroundView(workbench).template,
             "/live": lambda: LivePage(live).template,
         },
@@ -354,6 +371,7 @@ def serve(folder: Path, port: int = 0, *, ready: Callable[[str], None]) -> None:
         extra_patterns=[
             (r"/upload/([^/]+)", _Upload, about),
             (r"/result/([^/]+)/(.+)", _Result, about),
+            (rf"/history-result/([^/]+)/({PAGE}|{NUMBERS})", _HistoryResult, about),
             (r"/live-result/(run_\d+)/(.+)", _LiveResult, about),
         ],
     )
@@ -370,5 +388,6 @@ def serve(folder: Path, port: int = 0, *, ready: Callable[[str], None]) -> None:
         loop.start()
     finally:
         live.close()
+        histories.close()
         workbench.close()
         server.stop()

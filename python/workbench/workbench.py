@@ -26,7 +26,8 @@ if sys.platform != "win32":
 FIRST = "machine"
 ERRORS = "errors.log"
 REMOVED = "removed"  # below the folder of the sessions: those that were removed
-LIVE = "_live"  # and the runs of the page Live; no session can have this name
+# Runs of the page Live, and histories of machines; no session can have these names.
+LIVE, HISTORIES = "_live", "_histories"
 PART = re.compile(r"\..*[0-9a-f]{8}\.part")  # a file that is being written, see `replacing`
 
 
@@ -75,7 +76,7 @@ class Workbench:
                 fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
             except OSError:  # another one has it, or the file system has no locks
                 return lock
-        for name in (*self.names(), LIVE):
+        for name in (*self.names(), LIVE, HISTORIES):
             for path in (self.folder / name).rglob("*.part"):
                 if PART.fullmatch(path.name):
                     with suppress(OSError):

@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING
 
 from .. import rigs
 from ..base.files import result_folder
-from ..base.parallel import run_unordered
 from ..base.parallel import workers as using
 from ..records import Record
 from ..show.page import Table, Told
@@ -57,7 +56,7 @@ class Watch(Shown, Tabular):
         one = self.machines[names.index(machine) if machine else 0]
         if not one.quantities:
             raise ValueError(f"{one.name}: {one.logs} logs are too few to draw a course")
-        return life_figure(one.quantities)
+        return life_figure(one.quantities, one.oil_temperature)
 
     def save(self, folder: str | os.PathLike[str]) -> Path:
         """Writes watch.html and watch.json, and returns the folder.
@@ -132,11 +131,10 @@ def watch(
         machines = watching.logs_in(Path(folder), track)
         Path(history).mkdir(parents=True, exist_ok=True)
         with opened(Path(history) / FILE) as known:
-            new = watching.fits_of_new(machines, known, _read)
+            new = watching.new_logs(machines, known)
             showing = progress_of(f"fitting {len(new)} logs") if new and progress else nullcontext()
             with showing as report, using(workers):
-                for count, fit in enumerate(run_unordered(new), 1):
-                    known.add(fit)
+                for count, _ in enumerate(watching.fit_and_keep(new, known, _read), 1):
                     if report is not None:
                         report(count / len(new))
             return Watch(watching.told_of(machines, known))

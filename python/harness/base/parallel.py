@@ -25,6 +25,7 @@ from typing import Any, TypeVar
 from urllib.parse import urlsplit
 
 T = TypeVar("T")
+K = TypeVar("K")
 Progress = Callable[[float], None]
 
 PACKAGE = "ehsid"
@@ -36,6 +37,10 @@ NO_WORKERS_S = 30.0  # a cluster without workers for so long has lost them
 _WORKERS: ContextVar[int] = ContextVar("_WORKERS", default=-1)
 _THREADS_ONLY: ContextVar[bool] = ContextVar("_THREADS_ONLY", default=False)
 _CLUSTER: ContextVar[Any] = ContextVar("_CLUSTER", default=None)  # Dask client of the cluster
+
+
+class NoWorkersError(ChildProcessError):
+    """A cluster has lost all of its workers."""
 
 
 def worker_count() -> int:
@@ -145,6 +150,11 @@ def on_cluster(address: str) -> Iterator[None]:
             _CLUSTER.reset(token)
 
 
+def is_on_cluster() -> bool:
+    """Whether tasks run on the workers of a cluster, which need not see the files of this one."""
+    return _CLUSTER.get() is not None
+
+
 @contextmanager
 def _quiet(*loggers: str) -> Iterator[None]:
     """Limits these loggers to critical messages, because errors are reported as exceptions."""
@@ -201,6 +211,8 @@ def run_unordered(tasks: Iterable[Callable[[], T]]) -> Iterator[T]:
     ChildProcessError
         a worker process was killed. On a cluster: a task has killed each worker that tried it; this
         is raised when all other tasks are finished, and their results have been yielded.
+    NoWorkersError
+        a cluster has no workers left to find out which task kills them.
     """
     if worker_count() == 1:
         # This also holds for a task that itself runs on a cluster: its subtasks stay on its worker.
@@ -228,6 +240,55 @@ def run_unordered(tasks: Iterable[Callable[[], T]]) -> Iterator[T]:
             "a worker process was killed, perhaps for want of memory; start again with fewer "
             "--workers"
         ) from None
+
+
+def run_surviving(
+    items: Sequence[K], task_of: Callable[[K], Callable[[], T]]
+) -> Iterator[tuple[K, T | None]]:
+    """Yields each item with its result, in any order; None where its task has killed its process.
+
+    When a process is killed, all tasks that had begun run again, each alone, and the one that kills
+    a second time is not tried further; the others go on. A cluster tries them alone by itself.
+
+    Parameters
+    ----------
+    items
+        what there is a task for.
+    task_of
+        makes the task of an item when its turn comes, in any thread; it must not raise, and the
+        task must be picklable.
+
+    Raises
+    ------
+    NoWorkersError
+        a cluster has no workers left.
+    """
+    left = dict(enumerate(items))
+    begun: set[int] = set()
+
+    def tasks(places: Iterable[int]) -> Iterator[Callable[[], tuple[int, T]]]:
+        for place in places:
+            begun.add(place)
+            yield partial(_placed, place, task_of(items[place]))
+
+    def again(place: int) -> T | None:
+        if is_on_cluster():
+            return None
+        try:
+            ((_, result),) = run_unordered(tasks([place]))
+        except ChildProcessError:
+            return None
+        return result
+
+    while left:
+        try:
+            for place, result in run_unordered(tasks(list(left))):
+                yield left.pop(place), result
+        except NoWorkersError:
+            raise
+        except ChildProcessError:
+            for place in sorted(begun & left.keys()):
+                yield left.pop(place), again(place)
 
 
 def _on(client: Any, tasks: Iterable[Callable[[], T]]) -> Iterator[T]:
@@ -285,8 +346,9 @@ def _on(client: Any, tasks: Iterable[Callable[[], T]]) -> Iterator[T]:
             seen = time.monotonic() if ahead() else seen
         try:
             if not future.done():
-                guilty = "none is left"
-                break
+                raise NoWorkersError(
+                    "the cluster has lost all of its workers; start some, and then this again"
+                )
             result = future.result()
         except KilledWorker as error:
             guilty = str(error)

@@ -65,11 +65,10 @@ def watch_command(
 
     ehsid watch machines --out history --track entrained_air --fail-on change --quiet
     """
-    from ..base.parallel import run_unordered
     from ..show.watch_page import FILES, write_watch
     from ..watch.store import FILE, opened
     from ..watch.tracking import WEAR
-    from ..watch.watching import fits_of_new, logs_in, told_of
+    from ..watch.watching import fit_and_keep, logs_in, new_logs, told_of
     from .progress import progress_of
 
     if out.resolve().is_relative_to(folder.resolve()):
@@ -79,12 +78,11 @@ def watch_command(
     read = functools.partial(read_log, hints=hints_of(maps, sampling_time))
     out.mkdir(parents=True, exist_ok=True)
     with opened(out / FILE) as history:
-        new = fits_of_new(machines, history, read)
+        new = new_logs(machines, history)
         if new:
             logs = f"{len(new)} log{'' if len(new) == 1 else 's'}"
             with on(dask, workers), progress_of(f"fitting {logs}") as progress:
-                for count, fit in enumerate(run_unordered(new), 1):
-                    history.add(fit)
+                for count, _ in enumerate(fit_and_keep(new, history, read), 1):
                     progress(count / len(new))
         else:
             note("no log is new; the history is told again")

@@ -187,21 +187,31 @@ def _row(one: WatchedQuantity) -> list[Cell]:
 def _picture(machine: WatchedMachine) -> Picture:
     drawn = machine.quantities[:MOST_PANELS]
     return Picture(
-        life_figure(drawn),
+        life_figure(drawn, machine.oil_temperature),
         f"{machine.name}: grey points are single logs with their intervals of 90 %, the blue line "
         "is what they tell together. A red line is the most probable date of a change, the red "
-        "band its interval of 90 %.",
+        "band its interval of 90 %. Between the dotted lines no step would have shown.",
         f"Courses of {', '.join(quantity_name(one.name) for one in drawn)} over time",
     )
 
 
 @styled
-def life_figure(quantities: Sequence[WatchedQuantity]) -> Figure:
-    """Returns a figure with a panel for each quantity over the dates of the logs."""
-    figure = Figure(figsize=(9.0, 0.4 + 1.45 * len(quantities)))
-    panels = figure.subplots(len(quantities), 1, sharex=True, squeeze=False)[:, 0]
-    for axes, one in zip(panels, quantities, strict=True):
+def life_figure(
+    quantities: Sequence[WatchedQuantity], oil: Sequence[tuple[str, float]] = ()
+) -> Figure:
+    """Returns a figure with a panel for each quantity, and for the temperature of the oil.
+
+    `oil` has the date of each log and the temperature in °C.
+    """
+    count = len(quantities) + bool(oil)
+    figure = Figure(figsize=(9.0, 0.4 + 1.45 * count))
+    panels = figure.subplots(count, 1, sharex=True, squeeze=False)[:, 0]
+    for axes, one in zip(panels, quantities, strict=False):
         _draw(axes, one)
+    if oil:
+        dates, values = zip(*oil, strict=True)
+        panels[-1].plot([_number(date) for date in dates], values, ".", color=GREY)
+        panels[-1].set_title("Temperature of the oil, °C", loc="left")
     locator = AutoDateLocator()  # type: ignore[no-untyped-call]
     panels[-1].xaxis.set_major_locator(locator)
     words = ConciseDateFormatter(locator)  # type: ignore[no-untyped-call]
@@ -217,11 +227,15 @@ def _draw(axes: Axes, one: WatchedQuantity) -> None:
         dates, values, np.abs(reach), fmt=".", color=GREY, ecolor=GREY, elinewidth=0.6, alpha=0.7
     )
     low, high = (factor * np.array(end) for end in zip(*one.pooled90, strict=True))
+    seen = factor * np.array(one.could_be_seen)
     cuts = [0, *(_place(one, change) for change in one.changes), dates.size]
     for begin, end in itertools.pairwise(cuts):
         here = slice(begin, end)
         axes.plot(dates[here], factor * np.array(one.pooled[here]), color=BLUE)
         axes.fill_between(dates[here], low[here], high[here], color=BLUE, alpha=0.25, linewidth=0.0)
+        for sign in (-1.0, 1.0):
+            edge = factor * np.array(one.pooled) + sign * seen
+            axes.plot(dates[here], edge[here], ":", color=BLUE, linewidth=0.8)
     for change in one.changes:
         axes.axvspan(*map(_number, change.date90), color=VERMILION, alpha=0.2)
         axes.axvline(_number(change.date), color=VERMILION, linewidth=1.0)

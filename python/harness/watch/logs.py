@@ -40,8 +40,10 @@ def date_of(name: str) -> datetime | None:
         return None
 
 
-def machines_in(folder: Path) -> list[Path]:
+def machines_in(folder: Path, rig_file: Path | None = None) -> list[Path]:
     """Returns the folders of the machines: the folder itself, or its sub-folders with a rig file.
+
+    With `rig_file`, which may be elsewhere, it is the folder itself.
 
     Raises
     ------
@@ -50,7 +52,7 @@ def machines_in(folder: Path) -> list[Path]:
     """
     if not folder.is_dir():
         raise ValueError(f"{folder}: there is no such folder: expected one with dated logs")
-    if (folder / RIG).is_file():
+    if rig_file is not None or (folder / RIG).is_file():
         return [folder]
     machines = sorted(path.parent for path in folder.glob(f"*/{RIG}"))
     if not machines:
@@ -71,7 +73,10 @@ def dated_logs(machine: Path) -> list[DatedLog]:
     """
     files = records_in(machine)
     if not files:
-        raise ValueError(f"{machine}: has no log beside {RIG}")
+        raise ValueError(
+            f"{machine}: has no log of a machine: expected at least one with a date in its name, "
+            "such as 2026-03-17.csv"
+        )
     logs, undated = [], []
     for path in files:
         date = date_of(path.name)

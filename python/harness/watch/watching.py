@@ -5,8 +5,8 @@ from __future__ import annotations
 
 import functools
 import json
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Generator, Mapping, Sequence
+from dataclasses import dataclass, replace
 from datetime import datetime, timedelta
 from pathlib import Path
 from typing import Literal
@@ -18,6 +18,8 @@ import ehsid
 
 from ..base.error_words import error_words
 from ..base.exchange import sha256_of
+from ..base.files import temporary_folder
+from ..base.parallel import is_on_cluster, run_surviving
 from ..catalogue.parameters import effects as catalogue
 from ..catalogue.spellings import ParameterKey
 from ..records import Record
@@ -31,6 +33,11 @@ from .tracking import GAP, SERVO, WEAR, Told, estimated, tracked_effects
 # Days of the shortest history from which the number of logs a year is told.
 LEAST_DAYS = 30.0
 YEAR = 365.25
+
+KILLED = (
+    "the process that fitted it was killed, and so was the second one; perhaps the memory is not "
+    "enough: take a shorter log. It is tried again when its content or its name changes"
+)
 
 # Reads a log with the layout that the rig file names; raises ValueError or OSError where it cannot.
 Read = Callable[[Path, Rig], Record]
@@ -87,8 +94,9 @@ class WatchedMachine:
     """Number of logs that could be fitted, and dates of the first and the last one."""
     refused: Mapping[str, str]
     """Logs that tell nothing, with the reason."""
-    oil_temperature: bool
-    """Whether the temperature of the oil is logged, and its influence is taken out."""
+    oil_temperature: tuple[tuple[str, float], ...]
+    """Date and mean temperature of the oil of each log, °C; its influence is taken out. Empty where
+    not all logs have it."""
     quantities: tuple[WatchedQuantity, ...]
     """Those with changes first."""
 
@@ -123,8 +131,12 @@ class MachineLogs:
     """Oldest first."""
 
 
-def logs_in(folder: Path, effects: Sequence[str] = WEAR) -> list[MachineLogs]:
+def logs_in(
+    folder: Path, effects: Sequence[str] = WEAR, rig_file: Path | None = None
+) -> list[MachineLogs]:
     """Returns the machines of a folder with their logs; nothing is written.
+
+    With `rig_file` the folder is that of one machine, and needs no rig file of its own.
 
     Raises
     ------
@@ -139,39 +151,80 @@ def logs_in(folder: Path, effects: Sequence[str] = WEAR) -> list[MachineLogs]:
                 f"'{nearest_name(effect, list(catalogue()))}'"
             )
     machines = []
-    for machine in machines_in(folder):
-        rig = read_rig(machine / RIG)
+    for machine in machines_in(folder, rig_file):
+        of_machine = rig_file or machine / RIG
+        rig = read_rig(of_machine)
         tracked = tracked_effects(rig, effects)
-        settings = json.dumps([ehsid.__version__, sha256_of(machine / RIG), *tracked])
+        settings = json.dumps([ehsid.__version__, sha256_of(of_machine), *tracked])
         name, logs = machine.resolve().name, tuple(dated_logs(machine))
         machines.append(MachineLogs(name, rig, tracked, settings, logs))
     return machines
 
 
-def fits_of_new(
-    machines: Sequence[MachineLogs], history: History, read: Read
-) -> list[Callable[[], Fitted]]:
-    """Returns a fit for each log that the history does not have yet, to be called anywhere."""
-    fits: list[Callable[[], Fitted]] = []
+@dataclass(frozen=True)
+class NewLog:
+    """A log that is to be fitted."""
+
+    log: DatedLog
+    sha256: str
+    """Digest of its file."""
+    of: MachineLogs
+    """Its machine."""
+
+    def fitted(self, told: Told) -> Fitted:
+        """Returns the log with what it tells."""
+        return Fitted(self.log, self.sha256, self.of.settings, told)
+
+
+def new_logs(machines: Sequence[MachineLogs], history: History) -> list[NewLog]:
+    """Returns the logs that the history does not have yet as they are now."""
+    found = []
     for machine in machines:
         known = history.settings(machine.name)
         for log in machine.logs:
             digest = sha256_of(log.path)
             if known.get(log.path.name) != (digest, machine.settings):
-                given = (machine.settings, machine.rig, machine.effects, read)
-                fits.append(functools.partial(_fit, log, digest, *given))
-    return fits
+                found.append(NewLog(log, digest, machine))
+    return found
 
 
-def _fit(
-    log: DatedLog, digest: str, settings: str, rig: Rig, effects: tuple[str, ...], read: Read
-) -> Fitted:
+def fit_and_keep(new: Sequence[NewLog], history: History, read: Read) -> Generator[Fitted]:
+    """Fits logs on all cores or a cluster; each is in the history before it is yielded.
+
+    A log whose process is killed, for example for want of memory, is kept as one that tells
+    nothing.
+    """
+
+    def task_of(one: NewLog) -> Callable[[], Told]:
+        path, given = one.log.path, (one.of.rig, one.of.effects, read)
+        if not is_on_cluster():
+            return functools.partial(_told, path, *given)
+        try:
+            return functools.partial(_told_there, path, path.read_bytes(), *given)
+        except OSError as error:
+            return functools.partial(Told, refused=error_words(error) or str(error))
+
+    for one, told in run_surviving(new, task_of):
+        fitted = one.fitted(told or Told(refused=KILLED))
+        history.add(fitted)
+        yield fitted
+
+
+def _told(path: Path, rig: Rig, effects: tuple[str, ...], read: Read) -> Told:
     try:
-        told = estimated(read(log.path, rig), rig, effects)
+        return estimated(read(path, rig), rig, effects)
     except Exception as error:  # whatever a log has, it does not end the others
         words = error_words(error) if isinstance(error, ValueError | OSError) else None
-        told = Told(refused=words or f"{type(error).__name__}: {error}")
-    return Fitted(log, digest, settings, told)
+        return Told(refused=words or f"{type(error).__name__}: {error}")
+
+
+def _told_there(path: Path, content: bytes, rig: Rig, effects: tuple[str, ...], read: Read) -> Told:
+    """Fits a log on a computer that does not have it; messages name it as the user does."""
+    with temporary_folder() as folder:
+        copy = folder / path.name
+        copy.write_bytes(content)
+        told = _told(copy, rig, effects, read)
+    return replace(told, refused=told.refused.replace(str(copy), str(path)))
 
 
 def told_of(machines: Sequence[MachineLogs], history: History) -> Watch:
@@ -187,8 +240,12 @@ def watched(name: str, rows: Sequence[Row]) -> WatchedMachine:
     """Returns what the logs of a machine tell, oldest first in `rows`."""
     told = [row for row in rows if not row.told.refused]
     refused = {row.name: row.told.refused for row in rows if row.told.refused}
-    temperatures = [row.told.temperature_c for row in told]
-    warm = bool(told) and all(each is not None for each in temperatures)
+    oil = tuple(
+        (row.date.isoformat(), row.told.temperature_c)
+        for row in told
+        if row.told.temperature_c is not None
+    )
+    warm = bool(told) and len(oil) == len(told)
     names = dict.fromkeys(e.quantity for row in told for e in row.told.estimates)
     usable = [
         quantity
@@ -198,7 +255,9 @@ def watched(name: str, rows: Sequence[Row]) -> WatchedMachine:
     quantities = [_quantity(quantity, told, len(usable), warm) for quantity in usable]
     quantities.sort(key=lambda each: (not each.changes, _rank(each.name)))
     dates = [row.date.isoformat() for row in told] or [""]
-    return WatchedMachine(name, len(told), dates[0], dates[-1], refused, warm, tuple(quantities))
+    return WatchedMachine(
+        name, len(told), dates[0], dates[-1], refused, oil if warm else (), tuple(quantities)
+    )
 
 
 def _rank(quantity: str) -> int:

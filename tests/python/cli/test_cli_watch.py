@@ -104,7 +104,7 @@ def test_a_log_that_cannot_be_read_is_named_and_the_others_are_told(machine: Pat
         (("press7", "--track", "leakage"), "--track: there is no effect 'leakage'; expected one"),
         (("press7", "--out", "press7/history"), "--out press7/history: lies in press7; name a"),
         (("undated",), "undated: no date in the name of run7.csv: expected one such as 2026-03-17"),
-        (("empty",), "empty: has no log beside rig.toml"),
+        (("empty",), "empty: has no log of a machine: expected at least one"),
     ],
 )
 def test_what_cannot_be_watched_is_said(machine: Path, words: tuple[str, ...], says: str) -> None:
