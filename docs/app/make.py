@@ -19,6 +19,7 @@ from app_sessions import ANSWERS, german_log  # noqa: E402
 from estimating_target import EstimatingTarget  # noqa: E402
 from hil_firmware import ON_TARGET  # noqa: E402
 from hil_target import FakeDevice  # noqa: E402
+from made_history import made_history  # noqa: E402
 from served_workbench import Served, found_browser  # noqa: E402
 
 from ehsid.harness.rigs.questions import QUESTIONS  # noqa: E402
@@ -35,8 +36,8 @@ def shoot(page: Any, step: str, *, whole: bool = False) -> None:
     for name, (width, height) in WIDTHS.items():
         page.set_viewport_size({"width": width, "height": height})
         page.evaluate("scrollTo(0, 0)")
-        if step not in STEPS:  # the second part of a step
-            part = page.get_by_role("heading", name=step, exact=True)
+        part = page.get_by_role("heading", name=step, exact=True)
+        if step not in STEPS and part.count():  # the second part of a step
             part.evaluate("part => part.scrollIntoView()")
         page.wait_for_timeout(1500)
         path = OUT / f"{name}{step.lower()}.png"
@@ -103,6 +104,13 @@ def views(page: Any, folder: Path) -> None:
     page.get_by_role("link", name="Machines").click()
     page.get_by_role("link", name="Presse_9").wait_for()
     shoot(page, "Machines")
+    made_history(folder.parent / "history")
+    page.get_by_role("link", name="Begin a new history").click()
+    page.get_by_label("folder of the history").fill(str(folder.parent / "history"))
+    page.get_by_label("folder of the history").press("Tab")
+    page.get_by_role("button", name="Only show the history").click()
+    page.frame_locator("iframe").get_by_text("Something changed").wait_for()
+    shoot(page, "History")
     page.get_by_role("link", name="Playground").click()
     page.get_by_text("Switch an effect on").wait_for()
     for effect in ("Valve dead band", "Load spring"):

@@ -10,6 +10,7 @@ from __future__ import annotations
 import functools
 import multiprocessing
 import threading
+import warnings
 from contextlib import closing
 from multiprocessing.synchronize import Event
 from pathlib import Path
@@ -84,13 +85,15 @@ class Histories:
         place = _folder(
             out, "folder of the history", "the folder that --out of 'ehsid watch' named"
         )
-        if not (place / PAGE).is_file() or read_json(place / NUMBERS, Watch) is None:
+        watch = read_json(place / NUMBERS, Watch)
+        if watch is None or not (place / PAGE).is_file():
             raise ValueError(
                 f"{place}: has no history: expected {PAGE} and {NUMBERS} of this version of ehsid; "
                 "name the folder that --out of 'ehsid watch' named, or give the folder of the logs "
                 "to make one"
             )
-        return self._kept(HistoryChoice(out=str(place)), place.name)
+        name = watch.machines[0].name if len(watch.machines) == 1 else place.name
+        return self._kept(HistoryChoice(out=str(place)), name)
 
     def start(self, choice: HistoryChoice) -> str:
         """Starts to fit the logs that are new, and returns the name of the history.
@@ -199,12 +202,14 @@ def history_task(
 
     machines = logs_in(logs, rig_file=rig)
     hints = NO_HINTS if entry is None else hints_of(entry)
+    # Said by joblib of a stop, in the terminal of the workbench.
+    warnings.filterwarnings("ignore", r"\d+ tasks which were", UserWarning)
     words = "No log was new."
     with opened(out / FILE) as history:
         new = new_logs(machines, history)
         with closing(fit_and_keep(new, history, functools.partial(_read, hints=hints))) as fits:
             for count, fitted in enumerate(fits, 1):
-                words = f"{count} of {len(new)} new logs are fitted and kept"
+                words = f"{count} of {len(new)} new logs fitted and kept"
                 report(count / len(new), f"{words}; the last one was {fitted.log.path.name}")
                 if stop.is_set() and count < len(new):
                     words = f"Stopped: {words}; a new start goes on with the others"

@@ -9,8 +9,7 @@ from urllib.parse import quote
 
 import panel as pn
 
-from ehsid.harness.show.page import Table
-from ehsid.harness.show.watch_page import CHANGES, change_rows, watch_lead
+from ehsid.harness.show.watch_page import watch_lead
 
 from . import look
 from .histories import NUMBERS, PAGE, Histories, HistoryChoice
@@ -37,13 +36,13 @@ class HistoryView(View):
     def __init__(self, histories: Histories) -> None:
         super().__init__(histories.workbench)
         self._histories = histories
-        self._shown = look.select("history", width=200)
+        self._shown = look.select("history")
         self._logs = look.text_input(
-            "folder of dated logs", placeholder="with logs such as 2026-03-17.csv", width=380
+            "folder of dated logs", placeholder="with logs such as 2026-03-17.csv"
         )
-        self._rig = look.select("rig file", width=250)
+        self._rig = look.select("rig file")
         self._out = look.text_input(
-            "folder of the history, if elsewhere", placeholder="--out of ehsid watch", width=280
+            "folder of the history, if elsewhere", placeholder="--out of ehsid watch"
         )
         self._start = self.button("Fit the new logs", primary=True)
         self._start.on_click(self.told(self._do_start))
@@ -53,7 +52,7 @@ class HistoryView(View):
         open_it.on_click(self.told(self._open))
         self._status, self._result = look.words(""), look.words("")
         self.layout.objects = [
-            pn.FlexBox(self._shown, self._logs, self._rig, self._out),
+            look.in_columns(self._shown, self._logs, self._rig, self._out, least="19rem"),
             pn.FlexBox(self._start, self._stop, open_it),
             self._status,
             self._result,
@@ -86,7 +85,7 @@ class HistoryView(View):
     def _do_stop(self, event: Any) -> None:
         del event
         self._histories.stop(self._shown.value)
-        self.say("It stops as soon as the next log is fitted; all that are fitted stay.")
+        self._stop.param.update(name="Stopping behind the next log", disabled=True)
 
     def _open(self, event: Any) -> None:
         del event
@@ -98,6 +97,8 @@ class HistoryView(View):
         job = self._histories.job(name)
         running = job is not None and job.running
         self._start.disabled, self._stop.visible = running, running
+        if not running:
+            self._stop.param.update(name="Stop", disabled=False)
         status = progress(job)
         if job is not None and job.state is State.done:
             status = f'<p role="status">{look.plain(job.stage)}</p>'
@@ -109,14 +110,10 @@ class HistoryView(View):
 
     def _found(self, name: str) -> str:
         page = self._histories.result(name) / PAGE
-        watch = self._histories.told(name) if page.is_file() else None
-        if watch is None:
+        if not page.is_file():
             return ""
-        rows = change_rows(watch)
         address = f"/history-result/{quote(name)}"
         return (
-            f'<p class="verdict">{look.plain(" ".join(watch_lead(watch)))}</p>'
-            f"{look.told(Table('', CHANGES, rows)) if rows else ''}"
             f'<iframe src="{address}/{PAGE}?made={page.stat().st_mtime_ns}" title="History of '
             f'{look.plain(name)}"></iframe>{look.files(address, FILES)}{self._same(name)}'
         )

@@ -26,6 +26,7 @@ import msgspec
 from ehsid.harness.base.encoding import json_text
 from ehsid.harness.base.error_words import error_words
 from ehsid.harness.base.files import result_folder, write_text
+from ehsid.harness.base.parallel import end_workers
 from ehsid.harness.base.time_to_go import TimeToGo
 from ehsid.harness.catalogue.channels import COMMAND, POSITION, TIME
 from ehsid.harness.records import CHANNELS, Record, read_record
@@ -211,6 +212,8 @@ def _work(sender: Connection, task: Task, args: tuple[Any, ...], log: Path, pare
             )
         with suppress(OSError):
             sender.send((str(State.failed), words))
+    finally:
+        end_workers()
 
 
 def _end_with(parent: int) -> None:

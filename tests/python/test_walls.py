@@ -215,7 +215,7 @@ GUESTS: dict[str, set[str]] = {
             "fitness",
         ),
         *("fleet", "hil", "models/estimation", "models/identification", "records", "rigs"),
-        *("show", "signals/excitation", "signals/simulation"),
+        *("show", "signals/excitation", "signals/simulation", "watch"),
     },
 }
 ROOMS = PRODUCT | GUESTS

@@ -242,6 +242,18 @@ def run_unordered(tasks: Iterable[Callable[[], T]]) -> Iterator[T]:
         ) from None
 
 
+def end_workers() -> None:
+    """Ends the processes that wait for further tasks of this one.
+
+    For a process that multiprocessing has started: at its end it would wait for them, and they for
+    tasks, five minutes long.
+    """
+    if "joblib" in sys.modules:
+        from joblib.externals.loky import get_reusable_executor
+
+        get_reusable_executor().shutdown(wait=True, kill_workers=True)
+
+
 def run_surviving(
     items: Sequence[K], task_of: Callable[[K], Callable[[], T]]
 ) -> Iterator[tuple[K, T | None]]:

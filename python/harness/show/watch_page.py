@@ -66,12 +66,14 @@ def day(text: str) -> str:
 
 def change_words(change: WatchedChange, one: WatchedQuantity) -> str:
     """Returns a change in a few words, such as "rose by 3.1 (2.8 to 3.4) N"."""
-    size, ends = told(change.size, *change.size90, one)
+    sign = 1.0 if change.size > 0.0 else -1.0
+    low, high = change.size90
+    size, ends = told(sign * change.size, sign * low, sign * high, one)
     way = "rose" if change.size > 0.0 else "fell"
     if change.kind == "growth":
         way = "grows" if change.size > 0.0 else "falls"
-        return f"{way} by {size.lstrip('-')} a month ({ends})"
-    return f"{way} by {size.lstrip('-')} ({ends})"
+        return f"{way} by {size} a month ({ends})"
+    return f"{way} by {size} ({ends})"
 
 
 def between(change: WatchedChange) -> str:
@@ -128,15 +130,10 @@ def write_watch(watch: Watch, folder: Path) -> None:
 
 def watch_page(watch: Watch) -> Page:
     """Returns the whole page."""
-    summary: list[Block] = [
-        _picture(machine) for machine in watch.machines[:1] if machine.quantities
-    ]
-    sections = []
     rows = change_rows(watch)
-    if rows:
-        table = Table("Oldest first.", CHANGES, rows)
-        sections.append(Section("What changed, and when", [table]))
-    sections += [
+    summary: list[Block] = [Table("", CHANGES, rows)] if rows else []
+    summary += [_picture(machine) for machine in watch.machines[:1] if machine.quantities]
+    sections = [
         _machine(machine, is_first=place == 0) for place, machine in enumerate(watch.machines)
     ]
     return Page(

@@ -3,16 +3,18 @@
 
 from __future__ import annotations
 
+import re
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from ehsid.harness.show.watch_page import change_rows
 from ehsid.harness.watch.logs import DatedLog, date_of, dated_logs, machines_in
 from ehsid.harness.watch.store import FILE, Fitted, Row, opened
 from ehsid.harness.watch.tracking import GAP, Estimated, Told
-from ehsid.harness.watch.watching import watched
+from ehsid.harness.watch.watching import Watch, watched
 
 FIRST = datetime(2026, 1, 1, tzinfo=UTC)
 LEAK = "effects.internal_leakage.coefficient_m3_s_pa"
@@ -118,6 +120,15 @@ def test_a_step_has_a_date() -> None:
     assert change.size == pytest.approx(3.0, abs=0.3)  # five deviations of its mean
     assert leak.now[0] == pytest.approx(13.0, abs=0.3)
     assert leak.now[1] < leak.now[0] < leak.now[2]
+
+
+def test_a_fall_is_told_without_signs() -> None:
+    machine = watched("press7", rows(step=-3.0))
+    ((name, _, words, _),) = change_rows(Watch(1, "1.0", 1.0, (machine,)))
+    assert name == "press7"
+    assert re.fullmatch(
+        r"fell by [^-]+ l/min at 100 bar \([^-]+ to [^-]+\)", words.replace("\u00a0", " ")
+    )
 
 
 def test_the_temperature_of_the_oil_is_no_change() -> None:

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import multiprocessing
 import shutil
 import threading
 from collections.abc import Iterator
@@ -61,8 +62,9 @@ def test_logs_are_fitted_in_a_process_of_its_own_and_the_choice_is_kept(
     with pytest.raises(ValueError, match="press7: its logs are being fitted: expected one"):
         histories.start(HistoryChoice(logs=str(logs)))
     job.wait(120.0)
+    assert not multiprocessing.active_children()  # it waits for no worker of its own
     assert (job.state, job.message) == (State.done, "")
-    assert job.stage == f"{COUNT} of {COUNT} new logs are fitted and kept."
+    assert job.stage == f"{COUNT} of {COUNT} new logs fitted and kept."
     told = histories.told("press7")
     assert told is not None
     assert (
@@ -104,7 +106,7 @@ def test_a_stop_keeps_what_is_fitted_and_tells_it(
     with workers(1):
         history_task(logs, None, None, out, stop, report=report)
     assert len(fitted) == 2
-    words = "2 of 4 new logs are fitted and kept"
+    words = "2 of 4 new logs fitted and kept"
     assert said[1] == (0.5, f"{words}; the last one was 2026-01-12.csv")
     assert said[-1] == (1.0, f"Stopped: {words}; a new start goes on with the others.")
     assert (out / PAGE).is_file()
@@ -143,9 +145,9 @@ def test_an_earlier_history_is_shown_and_told_among_the_machines(
 ) -> None:
     made_history(tmp_path / "history")
     assert "Begin a new history" in histories_html(histories, "light")
-    assert histories.show(f" {tmp_path / 'history'} ") == "history"
-    assert histories.show(str(tmp_path / "history")) == "history"
-    told = histories.told("history")
+    assert histories.show(f" {tmp_path / 'history'} ") == "press7"
+    assert histories.show(str(tmp_path / "history")) == "press7"
+    told = histories.told("press7")
     assert told is not None
     assert [one.name for one in told.machines[0].changed] == [
         "effects.internal_leakage.coefficient_m3_s_pa",
@@ -154,7 +156,7 @@ def test_an_earlier_history_is_shown_and_told_among_the_machines(
     assert len(told.machines[0].oil_temperature) == 52
     listed = histories_html(histories, "dark")
     assert "Something changed in press7." in listed
-    assert "/history?name=history&amp;theme=dark" in listed
+    assert "/history?name=press7&amp;theme=dark" in listed
 
 
 @pytest.mark.parametrize(
