@@ -143,6 +143,7 @@ class AnyEstimator : public AnyRecursion {
   virtual double whiteness() const = 0;
   virtual double excitation() const = 0;
   virtual int resets() const = 0;
+  virtual bool integrates() const = 0;
 };
 
 /// Where a run of a bank writes, a row for every `every`-th sample: a number for each estimator, `theta` and `deviation` n.

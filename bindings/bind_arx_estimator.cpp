@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "bindings.hpp"
 
+#include <ehsid/servo_model.hpp>
+
 namespace ehsid::bindings {
 namespace {
 
@@ -197,6 +199,46 @@ ValueError
       });
 }
 
+/// The servo that the first kSize parameters are.
+template <int kSize>
+ServoReading<double> read_servo(const AnyEstimator& self, double dt_s) {
+  const std::vector<double> all = self.theta_hat();
+  const std::vector<double> spread_of_all = self.covariance();
+  const auto n = static_cast<std::size_t>(self.n());
+  Vector<double, kSize> theta;
+  SquareMatrix<double, kSize> spread;
+  for (int i = 0; i < kSize; ++i) {
+    const auto row = static_cast<std::size_t>(i);
+    theta[i] = all[row];
+    for (int j = 0; j < kSize; ++j) {
+      spread(i, j) = spread_of_all[n * row + static_cast<std::size_t>(j)];
+    }
+  }
+  if constexpr (kSize == 5) {
+    return identify_integrating_servo(theta, spread, dt_s);
+  } else {
+    return identify_servo(theta, spread, dt_s);
+  }
+}
+
+ServoReading<double> servo_of(const AnyEstimator& self, double dt_s) {
+  require_free(self);
+  const ModelShape orders = self.orders();
+  const bool integrates = self.integrates();
+  if (!has_orders_of_servo(orders.na, orders.nb, orders.nk, integrates)) {
+    throw py::value_error(
+        "servo: the estimator has na = " + std::to_string(orders.na) +
+        ", nb = " + std::to_string(orders.nb) + ", nk = " + std::to_string(orders.nk) +
+        (integrates ? " beside the known integrator; expected na = 2, nb = 3 and nk >= 1: make it "
+                      "with ArxEstimator(2, 3, 1, integrator=True)"
+                    : "; a servo is of third order, expected na = 3, nb = 3 and nk >= 1: make it "
+                      "with ArxEstimator(3, 3, 1)"));
+  }
+  ServoReading<double> reading = integrates ? read_servo<5>(self, dt_s) : read_servo<6>(self, dt_s);
+  judge(reading, self.white(), self.settled(), self.converged(), self.residual_variance());
+  return reading;
+}
+
 Method to_method(const std::string& name) {
   if (name == "rls") {
     return Method::rls;
@@ -257,7 +299,7 @@ gradient : GradientOptions
     Filters of the method "riv".
 integrator : bool
     For a plant that is known to integrate, as a servo is: A is that of y(k) - y(k-1), with na poles beside the
-    integrator. identify_servo() reads na = 2, nb = 3.
+    integrator. servo() reads na = 2, nb = 3.
 dtype : float32 or float64
     Precision of the recursion.
 
@@ -309,6 +351,33 @@ ValueError
          "Covariance of theta_hat, shape (n, n), in the units of the signals. It is larger by the "
          "factor 1 + whiteness where the residuals are not white. standard_deviation has the roots "
          "of its diagonal.")
+      .def(
+          "servo", &servo_of, py::arg("dt_s"),
+          R"(Reads the estimate as a servo: K, omega_n and xi, with their deviations and what the residuals say.
+
+It is identify_servo() of theta_hat and covariance, without the constant term where there is one.
+
+Parameters
+----------
+dt_s : float > 0
+    Sampling period, s.
+
+Returns
+-------
+ServoReading
+    An estimate that is no servo is not an error: see its status and description. trusted is True where it is one, and
+    the estimator has converged; else reason says why not.
+
+Raises
+------
+ValueError
+    The orders are not those of a servo: na = nb = 3, or with integrator=True na = 2 and nb = 3, and nk >= 1.
+
+Examples
+--------
+>>> estimator = ehsid.ArxEstimator(3, 3, 1, offset=True)
+>>> estimator.servo(0.005).trusted
+False)")
       .def_property("enabled", &AnyEstimator::enabled, &AnyEstimator::enable,
                     "While False the sample history moves on and the estimate rests (bumpless).")
       .def_property_readonly("settled", &AnyEstimator::settled,

@@ -25,15 +25,6 @@ TrackedRun run(AnyServoEstimator& self, const py::object& command_in,
 }  // namespace
 
 void bind_servo_estimator(py::module_& m) {
-  py::native_enum<TrustReason>(m, "TrustReason", "enum.IntEnum", "Why a value is not trusted.")
-      .value("trusted", TrustReason::trusted)
-      .value("starting", TrustReason::starting)
-      .value("resting", TrustReason::resting)
-      .value("single_sine", TrustReason::single_sine)
-      .value("change_suspected", TrustReason::change_suspected)
-      .value("model_does_not_fit", TrustReason::model_does_not_fit)
-      .value("not_precise", TrustReason::not_precise)
-      .finalize();
   py::class_<Value>(m, "TrackedValue",
                     "A value with the half of its 90 % interval, in the same unit.")
       .def_readonly("value", &Value::value, "NaN before there is any.")

@@ -228,7 +228,8 @@ void bind_backwards(py::module_& m) {
       .finalize();
 
   py::class_<Reading>(m, "ServoReading",
-                      "What theta says about the servo, made by identify_servo(). Numbers that "
+                      "What theta says about the servo, made by ArxEstimator.servo() and "
+                      "identify_servo(). Numbers that "
                       "were not determined are NaN. gain is also told where only omega_n and xi "
                       "cannot be read.")
       .def_readonly("status", &Reading::status, "ServoReadingStatus.")
@@ -257,6 +258,16 @@ void bind_backwards(py::module_& m) {
           "zoh_mismatch_chi2", &Reading::zoh_mismatch_chi2,
           "Squared distance of b from b_implied in its own covariance; chi-squared with 2 "
           "degrees of freedom where the model holds (99 % below 9.21).")
+      .def_property_readonly("trusted", &Reading::trusted,
+                             "True where the estimator has converged and theta is a servo. Only "
+                             "ArxEstimator.servo() can tell.")
+      .def_readonly(
+          "reason", &Reading::reason,
+          "TrustReason.trusted, or why it is not. identify_servo() knows no residuals and "
+          "says starting.")
+      .def_readonly("residual_std", &Reading::residual_std,
+                    "Standard deviation of the residuals, units of the position; NaN from "
+                    "identify_servo().")
       .def("__repr__", [](const Reading& r) {
         if (r.status != Code::ok) {
           return "ServoReading(" + py::str(py::cast(r.status).attr("name")).cast<std::string>() +

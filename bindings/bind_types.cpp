@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "bindings.hpp"
 
+#include <ehsid/tracked_servo.hpp>
+
 namespace ehsid::bindings {
 
 bool is_single(const py::object& dtype) {
@@ -126,6 +128,15 @@ void bind_types(py::module_& m) {
       .value("numerical_limit", Status::numerical_limit,
              "result not finite or not positive, refused")
       .value("invalid_argument", Status::invalid_argument, "configuration or snapshot refused")
+      .finalize();
+  py::native_enum<TrustReason>(m, "TrustReason", "enum.IntEnum", "Why a value is not trusted.")
+      .value("trusted", TrustReason::trusted)
+      .value("starting", TrustReason::starting)
+      .value("resting", TrustReason::resting)
+      .value("single_sine", TrustReason::single_sine)
+      .value("change_suspected", TrustReason::change_suspected)
+      .value("model_does_not_fit", TrustReason::model_does_not_fit)
+      .value("not_precise", TrustReason::not_precise)
       .finalize();
   m.def("is_error", &is_error, py::arg("status"),
         "True where the step was refused: the estimate is then as it was before.");

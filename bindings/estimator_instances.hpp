@@ -289,6 +289,7 @@ class EstimatorInstance final : public AnyEstimator {
     const auto& model = estimator_.model();
     return {model.na(), model.nb(), model.nk(), model.offset()};
   }
+  bool integrates() const override { return Model_::kIntegrates; }
   int n() const override { return estimator_.size(); }
   bool single() const override { return std::is_same_v<Scalar, float>; }
   std::vector<double> theta_hat() const override {

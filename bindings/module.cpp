@@ -9,12 +9,12 @@ PYBIND11_MODULE(_core, m) {
   ehsid::bindings::bind_types(m);
   ehsid::bindings::bind_forgetting(m);
   ehsid::bindings::bind_rls(m);
+  bind_servo_model(m);
   ehsid::bindings::bind_arx_estimator(m);
   ehsid::bindings::bind_estimator_bank(m);
   ehsid::bindings::bind_servo_estimator(m);
   ehsid::bindings::bind_servo_bank(m);
   ehsid::bindings::bind_growth_monitor(m);
-  bind_servo_model(m);
   ehsid::bindings::bind_effects(m);
   ehsid::bindings::bind_plant(m);
   ehsid::bindings::bind_outside(m);

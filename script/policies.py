@@ -41,6 +41,17 @@ def c_members() -> str:
     return "".join(lines)
 
 
+def header_list() -> str:
+    """Returns the comment of forgetting.hpp: a line for each policy, and one for each setting."""
+    text = ""
+    for info in POLICIES:
+        text += f"//   {info.policy.__name__}: {info.summary}\n"
+        for setting in info.settings:
+            text += f"//     {setting.member} {setting.range}{unit(setting)}, default "
+            text += f"{setting.default:g}: {setting.meaning}\n"
+    return text
+
+
 def stub_classes() -> str:
     """Returns the classes of the policies as the stub of the compiled module has them."""
     union = " | ".join(CLASSES)
@@ -95,6 +106,7 @@ def hil_table() -> str:
 
 # File, name of the block in it, what stands in the block.
 BLOCKS: list[tuple[str, str, Callable[[], str]]] = [
+    ("cpp/include/ehsid/forgetting.hpp", "settings", header_list),
     ("cpp/include/ehsid/c_api.h", "policies", c_list),
     ("cpp/include/ehsid/c_api.h", "settings", c_members),
     ("python/ehsid/_core.pyi", "policies", stub_classes),

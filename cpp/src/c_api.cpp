@@ -122,6 +122,33 @@ ehsid_status check(const Estimator* estimator, const void* pointer, std::size_t 
   return room >= needed ? EHSID_OK : EHSID_STORAGE_TOO_SMALL;
 }
 
+/// Six coefficients and a constant term.
+constexpr int kMostOfServo = 7;
+
+/// The servo in the first kSize of `stride` parameters; covariance by rows of `stride` numbers.
+template <int kSize>
+ehsid::ServoReading<float> read_servo(const float* theta, const float* covariance, int stride,
+                                      float dt_s) {
+  ehsid::Vector<float, kSize> parameters;
+  ehsid::SquareMatrix<float, kSize> spread;
+  for (int i = 0; i < kSize; ++i) {
+    parameters[i] = theta[i];
+    for (int j = 0; j < kSize; ++j) {
+      spread(i, j) = covariance[stride * i + j];
+    }
+  }
+  if constexpr (kSize == 5) {
+    return ehsid::identify_integrating_servo(parameters, spread, dt_s);
+  } else {
+    return ehsid::identify_servo(parameters, spread, dt_s);
+  }
+}
+
+ehsid_servo to_c(const ehsid::ServoReading<float>& found) {
+  return {to_c(found.status), found.gain,        found.omega_n, found.xi,
+          found.gain_std,     found.omega_n_std, found.xi_std};
+}
+
 bool orders_fit(const ehsid_kernel& kernel, std::int32_t na, std::int32_t nb, std::int32_t nk,
                 bool offset) {
   return na >= 1 && na <= EHSID_MAX_ORDER && nb >= 1 && nb <= EHSID_MAX_ORDER && nk >= 0 &&
@@ -133,30 +160,25 @@ bool orders_fit(const ehsid_kernel& kernel, std::int32_t na, std::int32_t nb, st
 
 const char* ehsid_status_name(ehsid_status status) {
   switch (status) {
-    case EHSID_OK:
-      return "ok";
-    case EHSID_FILLING:
-      return "filling";
-    case EHSID_NO_INFORMATION:
-      return "no_information";
-    case EHSID_DISABLED:
-      return "disabled";
-    case EHSID_RESET:
-      return "reset";
-    case EHSID_INVALID_INPUT:
-      return "invalid_input";
-    case EHSID_OUT_OF_RANGE:
-      return "out_of_range";
-    case EHSID_NUMERICAL_LIMIT:
-      return "numerical_limit";
-    case EHSID_INVALID_ARGUMENT:
-      return "invalid_argument";
     case EHSID_STORAGE_TOO_SMALL:
       return "storage_too_small";
     case EHSID_NOT_INITIALISED:
       return "not_initialised";
+    default:
+      return to_string(static_cast<Status>(status));
   }
-  return "unknown";
+}
+
+const char* ehsid_servo_status_name(ehsid_servo_status status) {
+  return to_string(static_cast<Reading>(status));
+}
+
+const char* ehsid_trust_name(ehsid_trust reason) {
+  return to_string(static_cast<TrustReason>(reason));
+}
+
+const char* ehsid_snapshot_fault_name(ehsid_snapshot_fault fault) {
+  return to_string(static_cast<SnapshotFault>(fault));
 }
 
 bool ehsid_is_error(ehsid_status status) { return status >= EHSID_INVALID_INPUT; }
@@ -331,17 +353,35 @@ ehsid_status ehsid_identify_servo(const float* theta, const float* covariance, f
   if (theta == nullptr || covariance == nullptr || servo == nullptr) {
     return EHSID_INVALID_ARGUMENT;
   }
-  ehsid::Vector<float, 6> parameters;
-  ehsid::SquareMatrix<float, 6> spread;
-  for (int i = 0; i < 6; ++i) {
-    parameters[i] = theta[i];
-    for (int j = 0; j < 6; ++j) {
-      spread(i, j) = covariance[6 * i + j];
-    }
+  *servo = to_c(read_servo<6>(theta, covariance, 6, dt_s));
+  return EHSID_OK;
+}
+
+ehsid_status ehsid_read_servo(const ehsid_estimator* estimator, float dt_s, ehsid_servo* servo,
+                              ehsid_trust* trust) {
+  const ehsid_status status = check(estimator, servo, 0, 0);
+  if (status != EHSID_OK) {
+    return status;
   }
-  const ehsid::ServoReading<float> found = ehsid::identify_servo(parameters, spread, dt_s);
-  *servo = {to_c(found.status), found.gain,        found.omega_n, found.xi,
-            found.gain_std,     found.omega_n_std, found.xi_std};
+  const ehsid_kernel& kernel = *estimator->kernel;
+  const ehsid::ModelShape orders = kernel.orders(*estimator);
+  if (!ehsid::has_orders_of_servo(orders.na, orders.nb, orders.nk, kernel.integrates)) {
+    return EHSID_INVALID_ARGUMENT;
+  }
+  float theta[kMostOfServo];
+  float covariance[kMostOfServo * kMostOfServo];
+  ehsid_report report;
+  kernel.theta(*estimator, theta);
+  kernel.covariance(*estimator, covariance, false);
+  kernel.read(*estimator, report);
+  ehsid::ServoReading<float> found =
+      kernel.integrates ? read_servo<5>(theta, covariance, kernel.parameters, dt_s)
+                        : read_servo<6>(theta, covariance, kernel.parameters, dt_s);
+  judge(found, report.white, report.settled, report.converged, report.residual_variance);
+  *servo = to_c(found);
+  if (trust != nullptr) {
+    *trust = to_c(found.reason);
+  }
   return EHSID_OK;
 }
 

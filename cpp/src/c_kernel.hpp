@@ -22,6 +22,7 @@ struct ehsid_estimator {
 struct ehsid_kernel {
   std::int32_t parameters;
   std::int32_t outputs;  // na, where the kernel has one only; else 0
+  bool integrates;       // the integrator is known
   std::size_t storage_bytes;
   std::size_t most_snapshot_bytes;
   void (*defaults)(ehsid_configuration&);
@@ -34,6 +35,7 @@ struct ehsid_kernel {
   void (*standard_deviation)(const ehsid_estimator&, float*);
   void (*covariance)(const ehsid_estimator&, float*, bool diagonal_only);
   void (*read)(const ehsid_estimator&, ehsid_report&);
+  ehsid::ModelShape (*orders)(const ehsid_estimator&);
   std::size_t (*snapshot_bytes)(const ehsid_estimator&);
   void (*save)(const ehsid_estimator&, std::uint8_t*);
   ehsid::SnapshotFault (*check)(const ehsid_estimator&, const std::uint8_t*, std::size_t);
@@ -179,6 +181,11 @@ struct Instance : ehsid_estimator {
     report.enabled = estimator.enabled();
   }
 
+  static ModelShape orders(const ehsid_estimator& head) {
+    const Model& model = of(head).estimator.model();
+    return {model.na(), model.nb(), model.nk(), model.offset()};
+  }
+
   static std::size_t snapshot_bytes(const ehsid_estimator& head) {
     return of(head).estimator.snapshot_bytes();
   }
@@ -220,6 +227,7 @@ constexpr ehsid_kernel kernel() {
                 "nobody destroys what lives in storage");
   return {kN,
           kOutputs,
+          Model::kIntegrates,
           sizeof(Made),
           Made::Estimator::kSnapshotBytes,
           Made::defaults,
@@ -232,6 +240,7 @@ constexpr ehsid_kernel kernel() {
           Made::standard_deviation,
           Made::covariance,
           Made::read,
+          Made::orders,
           Made::snapshot_bytes,
           Made::save,
           Made::check,

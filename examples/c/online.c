@@ -55,16 +55,12 @@ static void print_number(const char* name, float value, float deviation) {
 }
 
 static int print_servo(void) {
-  float theta[PARAMETERS];
-  float covariance[PARAMETERS * PARAMETERS];
   ehsid_servo servo;
-  if (ehsid_theta(estimator, theta, PARAMETERS) != EHSID_OK ||
-      ehsid_covariance(estimator, covariance, PARAMETERS * PARAMETERS) != EHSID_OK ||
-      ehsid_identify_servo(theta, covariance, (float)dt_s, &servo) != EHSID_OK) {
+  if (ehsid_read_servo(estimator, (float)dt_s, &servo, NULL) != EHSID_OK) {
     return 1;
   }
   if (servo.status != EHSID_SERVO_OK) {
-    fprintf(stderr, "the model is not one of a servo: reason %d\n", (int)servo.status);
+    fprintf(stderr, "the model is not one of a servo: %s\n", ehsid_servo_status_name(servo.status));
     return 1;
   }
   print_number("K in m/(s V)", servo.gain, servo.gain_std);

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Estimates a servo online, sample by sample: online SAMPLES.csv
 #include <ehsid/ehsid.hpp>
-#include <ehsid/servo_model.hpp>
 
 #include <cstdio>
 
@@ -75,11 +74,9 @@ int main(int argc, char** argv) {
   std::fclose(file);
   std::printf("%d samples, %d of them refused\n", samples, refused);
 
-  const auto servo =
-      ehsid::identify_servo<float>(estimator.theta_hat(), estimator.covariance(), kDtS);
+  const auto servo = estimator.servo(kDtS);
   if (servo.status != ehsid::ServoReadingStatus::ok) {
-    std::fprintf(stderr, "the model is not one of a servo: reason %d\n",
-                 static_cast<int>(servo.status));
+    std::fprintf(stderr, "the model is not one of a servo: %s\n", ehsid::to_string(servo.status));
     return 1;
   }
   print_number("K in m/(s V)", servo.gain, servo.gain_std);

@@ -46,7 +46,7 @@ def main() -> None:
             print_row(k, estimator)
     print(f"{len(samples)} samples, {refused} of them refused")
 
-    servo = ehsid.identify_servo(estimator.theta_hat, estimator.covariance, DT_S)
+    servo = estimator.servo(DT_S)
     if servo.status != ehsid.ServoReadingStatus.ok:
         sys.exit(f"the model is not one of a servo: {servo.description}")
     print_number("K in m/(s V)", servo.gain, servo.gain_std)

@@ -67,7 +67,69 @@ static void test_servo(void) {
   CHECK(ehsid_identify_servo(theta, covariance, 0.05F, NULL) == EHSID_INVALID_ARGUMENT);
 }
 
+/* An estimator with these orders after 900 samples of the same plant. */
+static ehsid_estimator* run(uint64_t* storage, size_t bytes, const ehsid_kernel* kernel, int32_t nb,
+                            int32_t nk, bool offset) {
+  ehsid_configuration configuration;
+  ehsid_estimator* estimator = NULL;
+  plant p = {7U, 0.0F, 0.0F, 0.0F, 0.0F};
+  CHECK(ehsid_default_configuration(&configuration, kernel, 3, nb, nk, offset) == EHSID_OK);
+  CHECK(ehsid_init(&estimator, storage, bytes, &configuration) == EHSID_OK);
+  for (int k = 0; k < 900; ++k) {
+    float command;
+    float position;
+    next_sample(&p, k, &command, &position);
+    CHECK(!ehsid_is_error(ehsid_step(estimator, command, position)));
+  }
+  return estimator;
+}
+
+static void test_servo_of_an_estimator(void) {
+  uint64_t storage[EHSID_STORAGE_WORDS(N + 1)];
+  float theta[N + 1];
+  float covariance[(N + 1) * (N + 1)];
+  float six[N * N];
+  ehsid_servo servo;
+  ehsid_servo expected;
+  ehsid_trust trust = EHSID_NOT_PRECISE;
+  ehsid_estimator* estimator =
+      run(storage, sizeof storage, EHSID_KERNEL(f_ratio, 7), 3, 1, true); /* a constant term */
+  CHECK(ehsid_theta(estimator, theta, N + 1) == EHSID_OK);
+  CHECK(ehsid_covariance(estimator, covariance, (N + 1) * (N + 1)) == EHSID_OK);
+  for (int i = 0; i < N; ++i) {
+    for (int j = 0; j < N; ++j) {
+      six[N * i + j] = covariance[(N + 1) * i + j];
+    }
+  }
+  CHECK(ehsid_identify_servo(theta, six, 0.05F, &expected) == EHSID_OK);
+  CHECK(ehsid_read_servo(estimator, 0.05F, &servo, &trust) == EHSID_OK);
+  CHECK(memcmp(&servo, &expected, sizeof servo) == 0);
+  CHECK(trust != EHSID_TRUSTED || servo.status == EHSID_SERVO_OK);
+  CHECK(ehsid_read_servo(estimator, 0.05F, &servo, NULL) == EHSID_OK);
+  CHECK(ehsid_read_servo(estimator, -1.0F, &servo, NULL) == EHSID_OK);
+  CHECK(servo.status == EHSID_SERVO_INVALID_ARGUMENT);
+
+  expected = servo;
+  CHECK(ehsid_read_servo(estimator, 0.05F, NULL, &trust) == EHSID_INVALID_ARGUMENT);
+  CHECK(ehsid_read_servo(NULL, 0.05F, &servo, &trust) == EHSID_INVALID_ARGUMENT);
+  estimator = run(storage, sizeof storage, EHSID_KERNEL(f_ratio, 6), 3, 0, false); /* nk = 0 */
+  CHECK(ehsid_read_servo(estimator, 0.05F, &servo, &trust) == EHSID_INVALID_ARGUMENT);
+  estimator = run(storage, sizeof storage, EHSID_KERNEL(f_ratio, 6), 2, 1, true); /* nb = 2 */
+  CHECK(ehsid_read_servo(estimator, 0.05F, &servo, &trust) == EHSID_INVALID_ARGUMENT);
+  CHECK(memcmp(&servo, &expected, sizeof servo) == 0); /* an error changes nothing */
+}
+
+static void test_names(void) {
+  CHECK(strcmp(ehsid_servo_status_name(EHSID_SERVO_OK), "ok") == 0);
+  CHECK(strcmp(ehsid_servo_status_name(EHSID_SERVO_NUMERICAL_LIMIT), "numerical_limit") == 0);
+  CHECK(strcmp(ehsid_trust_name(EHSID_NOT_PRECISE), "not_precise") == 0);
+  CHECK(strcmp(ehsid_snapshot_fault_name(EHSID_SNAPSHOT_IMPOSSIBLE), "impossible") == 0);
+  CHECK(strcmp(ehsid_trust_name((ehsid_trust)7), "unknown") == 0);
+}
+
 int main(void) {
+  test_servo_of_an_estimator();
+  test_names();
   test_covariance();
   test_servo();
   return failures == 0 ? 0 : 1;

@@ -2,7 +2,10 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <ehsid/any_arx.hpp>
 #include <ehsid/arx_estimator.hpp>
+#include <ehsid/instrumental_variables.hpp>
+#include <ehsid/integrating.hpp>
 #include <limits>
 #include <random>
 #include <vector>
@@ -242,6 +245,117 @@ TEST(ArxEstimator, ResumesWithoutRefillingAfterDisable) {
   EXPECT_EQ(estimator.theta_hat(), theta);
   estimator.enable(true);
   EXPECT_EQ(servo.step(estimator, 1.0), Status::ok);
+}
+
+/// The bits of two readings are the same, NaN too.
+void expect_same(const ehsid::ServoReading<float>& a, const ehsid::ServoReading<float>& b) {
+  EXPECT_EQ(a.status, b.status);
+  const float ours[] = {a.gain, a.omega_n, a.xi, a.gain_std, a.omega_n_std, a.xi_std};
+  const float theirs[] = {b.gain, b.omega_n, b.xi, b.gain_std, b.omega_n_std, b.xi_std};
+  EXPECT_EQ(std::memcmp(ours, theirs, sizeof ours), 0);
+  EXPECT_EQ(std::memcmp(a.covariance.data(), b.covariance.data(), 9 * sizeof(float)), 0);
+}
+
+/// Model (16) with a null at 0.2 of the command, run for some samples.
+template <class Estimator>
+Estimator after(int samples, double sensor_noise, int delay = 1) {
+  Estimator estimator;
+  std::mt19937 random(5);
+  std::normal_distribution<double> normal;
+  double y[3] = {};
+  double u[6] = {};
+  for (int k = 0; k < samples; ++k) {
+    const double command = normal(random) > 0.01 * y[0] ? 1.0 : -1.0;
+    const double* const acts = u + (delay - 1);
+    const double now = 2.2390 * y[0] - 1.7820 * y[1] + 0.5427 * y[2] + 0.3850 * (acts[0] + 0.2) -
+                       0.5810 * (acts[1] + 0.2) + 0.2954 * (acts[2] + 0.2) +
+                       (sensor_noise > 0.0 ? 0.0 : 1e-3 * normal(random));
+    const double measured = now + sensor_noise * normal(random);
+    EXPECT_FALSE(
+        is_error(estimator.step(static_cast<float>(command), static_cast<float>(measured))));
+    std::copy_backward(y, y + 2, y + 3);
+    std::copy_backward(u, u + 5, u + 6);
+    y[0] = now;
+    u[0] = command;
+  }
+  return estimator;
+}
+
+TEST(ServoOfAnEstimator, IsWhatIsReadInThetaAndCovariance) {
+  const auto plain = after<Estimator>(900, 0.0);
+  expect_same(plain.servo(0.05F),
+              ehsid::identify_servo<float>(plain.theta_hat(), plain.covariance(), 0.05F));
+
+  const auto with_null =
+      after<ehsid::ArxEstimator<float, 3, 3, 1, ehsid::FRatio<float>, true>>(900, 0.0);
+  const auto servo = with_null.servo(0.05F);
+  const auto spread = with_null.covariance();
+  expect_same(servo, ehsid::identify_servo<float>(with_null.theta_hat().head<6>(),
+                                                  spread.topLeftCorner<6, 6>(), 0.05F));
+  EXPECT_NEAR(servo.gain, 6.556F, 3.0F * servo.gain_std);  // docs/servo_model.md
+  EXPECT_NEAR(servo.omega_n, 12.95F, 3.0F * servo.omega_n_std);
+  EXPECT_NEAR(servo.xi, 0.471F, 3.0F * servo.xi_std);
+}
+
+TEST(ServoOfAnEstimator, KnowsTheIntegratorAndTheConstantTerm) {
+  using Policy = ehsid::FRatio<float>;
+  const auto plain = after<ehsid::IntegratingRlsEstimator<float, 2, 3, 1, Policy>>(900, 0.0);
+  expect_same(plain.servo(0.05F), ehsid::identify_integrating_servo<float>(
+                                      plain.theta_hat(), plain.covariance(), 0.05F));
+  const auto with_null =
+      after<ehsid::IntegratingRlsEstimator<float, 2, 3, 1, Policy, true>>(900, 0.0);
+  const auto servo = with_null.servo(0.05F);
+  const auto spread = with_null.covariance();
+  expect_same(servo, ehsid::identify_integrating_servo<float>(with_null.theta_hat().head<5>(),
+                                                              spread.topLeftCorner<5, 5>(), 0.05F));
+  EXPECT_NEAR(servo.gain, 6.556F, 3.0F * servo.gain_std);
+}
+
+TEST(ServoOfAnEstimator, OfInstrumentalVariables) {
+  using Policy = ehsid::Exponential<float>;
+  using Riv = ehsid::OnlineEstimator<ehsid::Arx<float, 3, 3, 1, true>, Policy,
+                                     ehsid::InstrumentalVariables<float, 3, 7, Policy>>;
+  const auto estimator = after<Riv>(3000, 1e-2);
+  const auto spread = estimator.covariance();
+  expect_same(estimator.servo(0.05F),
+              ehsid::identify_servo<float>(estimator.theta_hat().head<6>(),
+                                           spread.topLeftCorner<6, 6>(), 0.05F));
+}
+
+TEST(ServoOfAnEstimator, ADelayIsADeadTimeInFrontOfIt) {
+  const auto late =
+      after<ehsid::ArxEstimator<float, 3, 3, 3, ehsid::FRatio<float>, true>>(900, 0.0, 3);
+  const auto servo = late.servo(0.05F);
+  EXPECT_EQ(servo.status, ehsid::ServoReadingStatus::ok);
+  EXPECT_NEAR(servo.gain, 6.556F, 3.0F * servo.gain_std);
+}
+
+TEST(ServoOfAnEstimator, ReadsOrdersThatAreChosenAtRunTime) {
+  using Any = ehsid::OnlineEstimator<ehsid::AnyArx<float, 6>, ehsid::FRatio<float>>;
+  const Any second{ehsid::AnyArx<float, 6>(2, 4, 1)};
+  EXPECT_EQ(second.servo(0.05F).status, ehsid::ServoReadingStatus::invalid_argument);
+  const Any no_delay{ehsid::AnyArx<float, 6>(3, 3, 0)};
+  EXPECT_EQ(no_delay.servo(0.05F).status, ehsid::ServoReadingStatus::invalid_argument);
+  const Any third{ehsid::AnyArx<float, 6>(3, 3, 1)};
+  EXPECT_NE(third.servo(0.05F).status, ehsid::ServoReadingStatus::invalid_argument);
+}
+
+TEST(ServoOfAnEstimator, SaysWhatTheResidualsSay) {
+  using WithNull = ehsid::ArxEstimator<float, 3, 3, 1, ehsid::FRatio<float>, true>;
+  using ehsid::TrustReason;
+  EXPECT_EQ(after<WithNull>(20, 0.0).servo(0.05F).reason, TrustReason::not_precise);
+  const auto few = after<WithNull>(200, 0.0);
+  ASSERT_TRUE(few.settled());
+  EXPECT_EQ(few.servo(0.05F).reason, TrustReason::starting);
+  const auto servo = after<WithNull>(900, 0.0).servo(0.05F);
+  EXPECT_TRUE(servo.trusted());
+  EXPECT_NEAR(servo.residual_std, 1e-3F, 2e-4F);
+  const auto noisy = after<WithNull>(900, 2e-2);  // on the sensor: theta is biased
+  EXPECT_FALSE(noisy.whiteness().white());
+  EXPECT_EQ(noisy.servo(0.05F).reason, TrustReason::model_does_not_fit);
+  const auto small = after<ehsid::SmallArxEstimator<float, 3, 3, 1>>(900, 0.0).servo(0.05F);
+  EXPECT_FALSE(small.trusted());  // it has no test of residuals
+  EXPECT_TRUE(std::isnan(small.residual_std));
 }
 
 }  // namespace

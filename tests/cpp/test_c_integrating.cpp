@@ -78,6 +78,15 @@ void expect_the_bits_of_cpp() {
     ASSERT_EQ(std::memcmp(deviation, standard_deviation.data(), sizeof deviation), 0) << k;
   }
   EXPECT_GT(kept, 2000);
+  ehsid_servo servo_of_c;
+  ehsid_trust trust = EHSID_STARTING;
+  ASSERT_EQ(ehsid_read_servo(c.estimator, 0.01F, &servo_of_c, &trust), EHSID_OK);
+  const ehsid::ServoReading<float> reading = cpp.servo(0.01F);
+  EXPECT_EQ(static_cast<int>(servo_of_c.status), static_cast<int>(reading.status));
+  EXPECT_EQ(static_cast<int>(trust), static_cast<int>(reading.reason));
+  EXPECT_GT(reading.gain_std, 0.0F);
+  EXPECT_EQ(servo_of_c.gain, reading.gain);
+  EXPECT_EQ(servo_of_c.gain_std, reading.gain_std);
   // Steady speed for a command of one, (b1 + b2 + b3) / (1 + a1 + a2) = 0.0399 / 0.3037.
   const auto theta = cpp.theta_hat();
   EXPECT_NEAR((theta[2] + theta[3] + theta[4]) / (1.0F + theta[0] + theta[1]), 0.1314F, 0.01F);

@@ -152,6 +152,14 @@ TEST(Squarable, HasAFiniteSquare) {
   EXPECT_FALSE(ehsid::is_squarable(std::numeric_limits<double>::infinity()));
 }
 
+TEST(Status, HasAName) {
+  constexpr const char* name = ehsid::to_string(Status::no_information);  // known to the compiler
+  EXPECT_STREQ(name, "no_information");
+  EXPECT_STREQ(ehsid::to_string(Status::ok), "ok");
+  EXPECT_STREQ(ehsid::to_string(Status::invalid_argument), "invalid_argument");
+  EXPECT_STREQ(ehsid::to_string(static_cast<Status>(9)), "unknown");
+}
+
 TEST(BoundedProduct, StopsAtTheLargestNumber) {
   const float largest = std::numeric_limits<float>::max();
   EXPECT_EQ(ehsid::bounded_product(2.0F, -3.0F), -6.0F);

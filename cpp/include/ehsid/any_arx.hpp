@@ -37,6 +37,7 @@ class AnyArx : Extent<kN_> {
   using Regressor = Vector<Scalar, kN>;
   /// A shape whose state takes as many numbers as that of any can: na + nb + nk of them.
   static constexpr ModelShape kLargest{capacity(kN), 0, kMaxDelay, false};
+  static constexpr bool kOrdersAtRunTime = true;
   static constexpr bool kIntegrates = false;
 
   AnyArx() = default;

@@ -56,6 +56,8 @@ class Arx {
   static constexpr int full() { return kFull; }
   /// The shape of the largest state, and of any.
   static constexpr ModelShape kLargest{kNa, kNb, kNk, kOffset};
+  /// Its orders are those of its type.
+  static constexpr bool kOrdersAtRunTime = false;
   /// The regressor explains y(k) itself, see integrating.hpp.
   static constexpr bool kIntegrates = false;
 

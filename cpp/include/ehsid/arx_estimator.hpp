@@ -9,6 +9,9 @@
 #include <ehsid/reset.hpp>
 #include <ehsid/rls.hpp>
 #include <ehsid/scaling.hpp>
+#ifndef EHSID_WITHOUT_EIGEN
+#include <ehsid/servo_model.hpp>
+#endif
 #include <ehsid/snapshot.hpp>
 #include <ehsid/whiteness.hpp>
 
@@ -228,6 +231,42 @@ class OnlineEstimator {
     }
     return p;
   }
+
+#ifndef EHSID_WITHOUT_EIGEN
+  /// K, omega_n and xi of the servo that theta_hat() is, with deviations from covariance(): identify_servo() of the two,
+  /// without the constant term where there is one. With what the residuals say, where the parts for it are there.
+  ///
+  /// dt_s: sampling period, s, > 0. For na = nb = 3, or na = 2 beside a known integrator, and nk >= 1; other orders are an
+  /// error of the compiler, or where they are chosen at run time invalid_argument in the status. It takes about 1 kB of
+  /// stack: call it from a background task.
+  template <class Of = Model>
+  ServoReading<Scalar> servo(Scalar dt_s) const {
+    constexpr int kOfServo = Of::kIntegrates ? 5 : 6;
+    static_assert(Of::kOrdersAtRunTime || has_orders_of_servo(Of::kLargest.na, Of::kLargest.nb,
+                                                              Of::kLargest.nk, Of::kIntegrates),
+                  "servo() reads a model of third order: na = 3 (2 beside a known integrator), nb "
+                  "= 3, nk >= 1");
+    ServoReading<Scalar> reading;
+    if (!has_orders_of_servo(model_.na(), model_.nb(), model_.nk(), Of::kIntegrates)) {
+      reading.status = ServoReadingStatus::invalid_argument;
+      return reading;
+    }
+    const Parameters all = theta_hat();
+    const Covariance spread_of_all = covariance();
+    const Vector<Scalar, kOfServo> theta = all.template head<kOfServo>();
+    const SquareMatrix<Scalar, kOfServo> spread =
+        spread_of_all.template topLeftCorner<kOfServo, kOfServo>();
+    if constexpr (Of::kIntegrates) {
+      reading = identify_integrating_servo(theta, spread, dt_s);
+    } else {
+      reading = identify_servo(theta, spread, dt_s);
+    }
+    if constexpr (Parts::kConvergence && Parts::kWhiteness) {
+      judge(reading, whiteness_.white(), settled(), converged(), residual_variance());
+    }
+    return reading;
+  }
+#endif
 
   /// position(k+1) .. position(k+kSteps) predicted after step k, on the commands of the same samples, with
   /// theta_hat of now. Only meaningful once the history is full, see Model::ready().

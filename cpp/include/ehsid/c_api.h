@@ -235,6 +235,9 @@ typedef enum ehsid_snapshot_fault {
   EHSID_SNAPSHOT_IMPOSSIBLE = 6           /* right checksum, but a state that no estimator has */
 } ehsid_snapshot_fault;
 
+/* "none" (it fits), "not_a_snapshot", ...: the names of ehsid::SnapshotFault, as ehsid_status_name(). */
+const char* ehsid_snapshot_fault_name(ehsid_snapshot_fault fault);
+
 /* Reads the bytes as ehsid_restore() does and changes nothing. */
 ehsid_status ehsid_check_snapshot(const ehsid_estimator* estimator, const void* bytes, size_t count,
                                   ehsid_snapshot_fault* fault);
@@ -256,6 +259,24 @@ typedef enum ehsid_servo_status {
   EHSID_SERVO_NUMERICAL_LIMIT = 10    /* a result is not finite in float */
 } ehsid_servo_status;
 
+/* "ok", "not_finite", ..., as ehsid_status_name(). */
+const char* ehsid_servo_status_name(ehsid_servo_status status);
+
+/* Why a value is not trusted; numbers and meaning of ehsid::TrustReason. */
+typedef enum ehsid_trust {
+  EHSID_TRUSTED = 0,
+  EHSID_STARTING = 1,    /* too little has been seen since the start, or since all began anew */
+  EHSID_RESTING = 2,     /* the servo stands still, and the interval has grown */
+  EHSID_SINGLE_SINE = 3, /* the command is one sine, which does not show this value */
+  EHSID_CHANGE_SUSPECTED = 4, /* the innovations have just been far too large */
+  EHSID_MODEL_DOES_NOT_FIT =
+      5, /* left alone, the model does not run like the servo; or the residuals are not white */
+  EHSID_NOT_PRECISE = 6 /* the interval is wider than the tolerance */
+} ehsid_trust;
+
+/* "trusted", "starting", ..., as ehsid_status_name(). */
+const char* ehsid_trust_name(ehsid_trust reason);
+
 /* Y(s)/U(s) = K omega_n^2 / (s (s^2 + 2 xi omega_n s + omega_n^2)). A number that was not determined is NaN;
  * K is also told where only omega_n and xi cannot be read. */
 typedef struct ehsid_servo {
@@ -267,6 +288,13 @@ typedef struct ehsid_servo {
   float omega_n_std;
   float xi_std;
 } ehsid_servo;
+
+/* K, omega_n and xi straight from an estimator: na = nb = 3, or na = 2 and nb = 3 with the kernel `integrating`, nk >= 1, with
+ * or without a constant term; EHSID_INVALID_ARGUMENT where it has other orders. What is found stands in servo->status. trust,
+ * what the residuals say of it, may be NULL: EHSID_TRUSTED, EHSID_MODEL_DOES_NOT_FIT where the residuals are not white,
+ * EHSID_NOT_PRECISE before the estimate has settled, EHSID_STARTING before 300 samples have said so. About 1 kB of stack. */
+ehsid_status ehsid_read_servo(const ehsid_estimator* estimator, float dt_s, ehsid_servo* servo,
+                              ehsid_trust* trust);
 
 /* Reads theta = (a1, a2, a3, b1, b2, b3) of an estimator with na = nb = 3 and nk = 1 as a servo that is sampled every
  * dt_s seconds. covariance: as ehsid_covariance() gives it, or 36 zeros where it is unknown. What is found stands in
@@ -300,17 +328,6 @@ typedef struct ehsid_servo_settings {
   float
       tolerance; /* K is trusted where the half of its 90 % interval is below this share of it, > 0 */
 } ehsid_servo_settings;
-
-/* Why a value is not trusted; numbers and meaning of ehsid::TrustReason. */
-typedef enum ehsid_trust {
-  EHSID_TRUSTED = 0,
-  EHSID_STARTING = 1,    /* too little has been seen since the start, or since all began anew */
-  EHSID_RESTING = 2,     /* the servo stands still, and the interval has grown */
-  EHSID_SINGLE_SINE = 3, /* the command is one sine, which does not show this value */
-  EHSID_CHANGE_SUSPECTED = 4,   /* the innovations have just been far too large */
-  EHSID_MODEL_DOES_NOT_FIT = 5, /* left alone, the model does not run like the servo */
-  EHSID_NOT_PRECISE = 6         /* the interval is wider than the tolerance */
-} ehsid_trust;
 
 /* A value with the half of its 90 % interval, in the same unit; NaN before there is any. */
 typedef struct ehsid_tracked_value {

@@ -19,6 +19,23 @@
 //   peek(evidence)             the scalar forgetting of the coming step; changes nothing
 //   accept(evidence, where)    the step was kept: move the policy's own state on, in the lanes where `where` is true
 //
+// The policies and their settings, e.g. `options.forgetting.eta = 1.0F`:
+//
+// settings: written by script/policies.py
+//   Constant: constant forgetting factor
+//     lambda in (0, 1], default 0.99: forgetting factor, for a memory of 1 / (1 - lambda) samples; 1 is ordinary least squares
+//   Exponential: lambda tends to one; does not follow later changes without a reset
+//     lambda0 in (0, 1], default 0.99: rate at which the forgetting factor goes to one
+//     lambda_initial in (0, 1], default 0.95: forgetting factor at the start, lambda(0)
+//   ErrorDriven: a large error shortens the memory
+//     memory >= 1 samples, default 100: N0, the memory in the steady state
+//     lambda_min in (0, 1], default 0.5: the forgetting factor never goes below this
+//     noise_variance >= 0, default 0: sigma0^2, in squared units of the scaled output; 0 estimates it
+//   FRatio: forgets where recent errors (10 samples) significantly exceed older ones (100 samples)
+//     eta >= 0, default 2: aggressiveness: lambda = 1 / (1 + eta g)
+//     critical_ratio >= 1, default 3.3: F_crit, ratio of mean squared errors above which something has changed
+// end of settings
+//
 // A new policy is a file in forgetting/ and its line in `Policies` below; then `python script/policies.py` writes the
 // lists of the C header, the Python signatures and the documents anew.
 #pragma once

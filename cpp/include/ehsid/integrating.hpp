@@ -47,6 +47,7 @@ class Integrating {
   using State = IntegratingState<Model_>;
   using Regressor = typename Model_::Regressor;
   static constexpr ModelShape kLargest = Model_::kLargest;
+  static constexpr bool kOrdersAtRunTime = Model_::kOrdersAtRunTime;
   static constexpr bool kIntegrates = true;
   /// A memory of twenty samples. 0.8 to 0.98 give the same K.
   static constexpr Scalar kFade = Scalar(0.95);

@@ -12,6 +12,7 @@
 
 #include <ehsid/fields.hpp>
 #include <ehsid/forgetting/evidence.hpp>
+#include <ehsid/forgetting/settings.hpp>
 #include <ehsid/groups.hpp>
 #include <ehsid/information_account.hpp>
 #include <ehsid/parts.hpp>
@@ -89,7 +90,14 @@ class Rls {
   static constexpr Scalar kDefaultVariance = Scalar(1e6);
 
   static_assert(kN != 0, "Rls needs at least one parameter");
-  static_assert(std::numeric_limits<Scalar>::is_iec559, "Rls needs float or double");
+  static_assert(std::is_same<Scalar, float>::value || std::is_same<Scalar, double>::value,
+                "Rls needs float or double");
+  static_assert(detail::PolicyOf<Forgetting, Scalar>::kPolicy,
+                "this is no forgetting policy: take one of ehsid/forgetting.hpp, such as "
+                "ehsid::FRatio<float>, or a class with the members that are listed there");
+  static_assert(detail::PolicyOf<Forgetting, Scalar>::kSameNumber,
+                "the forgetting policy computes in another number than the estimator: "
+                "ArxEstimator<float, ...> takes FRatio<float>, and so on");
 
   /// theta = 0, P0 = kDefaultVariance I. An invalid policy or option is replaced by its default; use
   /// start() and configure() where the status matters.

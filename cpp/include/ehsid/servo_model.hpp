@@ -9,6 +9,7 @@
 
 #include <ehsid/servo_discretisation.hpp>
 #include <ehsid/servo_poles.hpp>
+#include <ehsid/tracked_servo.hpp>
 #include <ehsid/types.hpp>
 
 #include <cmath>
@@ -32,6 +33,35 @@ enum class ServoReadingStatus : std::uint8_t {
   numerical_limit = 10,     // result or a standard deviation not finite in Scalar
 };
 
+/// The name of the status, as of a Status.
+constexpr const char* to_string(ServoReadingStatus status) {
+  switch (status) {
+    case ServoReadingStatus::ok:
+      return "ok";
+    case ServoReadingStatus::not_finite:
+      return "not_finite";
+    case ServoReadingStatus::invalid_argument:
+      return "invalid_argument";
+    case ServoReadingStatus::no_integrator:
+      return "no_integrator";
+    case ServoReadingStatus::poles_not_separable:
+      return "poles_not_separable";
+    case ServoReadingStatus::pole_near_zero:
+      return "pole_near_zero";
+    case ServoReadingStatus::negative_real_pole:
+      return "negative_real_pole";
+    case ServoReadingStatus::unstable_pole:
+      return "unstable_pole";
+    case ServoReadingStatus::aliasing:
+      return "aliasing";
+    case ServoReadingStatus::no_gain:
+      return "no_gain";
+    case ServoReadingStatus::numerical_limit:
+      return "numerical_limit";
+  }
+  return "unknown";
+}
+
 /// What theta says about the servo. Every number that was not determined, or is too large for Scalar, is NaN; none is
 /// infinite. K needs the integrator and two other poles that are stable; omega_n and xi need `ok`.
 template <class Scalar>
@@ -52,7 +82,36 @@ struct ServoReading {
   // How far (b1, b2, b3) are from the b that (K, omega_n, xi) imply under zero-order hold:
   Scalar zoh_mismatch = kUnknown;       // |b - b_implied| / |b|
   Scalar zoh_mismatch_chi2 = kUnknown;  // squared distance in its covariance, chi^2 with 2 degrees
+  // What the residuals say, which only servo() of an estimator knows, see judge():
+  TrustReason reason = TrustReason::starting;
+  Scalar residual_std = kUnknown;  // sigma of the equation error, units of the position
+
+  bool trusted() const { return reason == TrustReason::trusted; }
 };
+
+/// Does a model of these orders have the (5 or) 6 coefficients of a servo (5), and perhaps a constant term behind them?
+/// integrates: the integrator is known, see integrating.hpp. A delay above one sample is a dead time in front of the servo.
+constexpr bool has_orders_of_servo(int na, int nb, int nk, bool integrates) {
+  return na == (integrates ? 2 : 3) && nb == 3 && nk >= 1;
+}
+
+/// Fills in what the residuals say, for an estimator with these answers. Where they are not white theta is biased; where
+/// it is not settled the deviations are wider than the tolerance; and before 300 samples nobody knows.
+template <class Scalar>
+void judge(ServoReading<Scalar>& reading, bool white, bool settled, bool converged,
+           Scalar residual_variance) {
+  reading.residual_std = std::sqrt(residual_variance);
+  if (!white) {
+    reading.reason = TrustReason::model_does_not_fit;
+  } else if (!settled) {
+    reading.reason = TrustReason::not_precise;
+  } else if (!converged) {
+    reading.reason = TrustReason::starting;
+  } else {
+    reading.reason = reading.status == ServoReadingStatus::ok ? TrustReason::trusted
+                                                              : TrustReason::model_does_not_fit;
+  }
+}
 
 /// Confidence width of every decision below, in standard deviations.
 template <class Scalar>

@@ -18,6 +18,27 @@ enum class SnapshotFault : std::uint8_t {
   impossible = 6,           // the checksum is right, but no estimator has such a state
 };
 
+/// The name of the fault, as of a Status.
+constexpr const char* to_string(SnapshotFault fault) {
+  switch (fault) {
+    case SnapshotFault::none:
+      return "none";
+    case SnapshotFault::not_a_snapshot:
+      return "not_a_snapshot";
+    case SnapshotFault::other_version:
+      return "other_version";
+    case SnapshotFault::damaged:
+      return "damaged";
+    case SnapshotFault::other_model:
+      return "other_model";
+    case SnapshotFault::other_configuration:
+      return "other_configuration";
+    case SnapshotFault::impossible:
+      return "impossible";
+  }
+  return "unknown";
+}
+
 /// Version of the layout. Any change of what is saved, or of the order, needs a new one.
 inline constexpr std::uint16_t kSnapshotVersion = 4;
 

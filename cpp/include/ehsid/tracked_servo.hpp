@@ -37,13 +37,35 @@ struct ServoEstimatorOptions {
 /// Why a value is not trusted.
 enum class TrustReason : std::uint8_t {
   trusted = 0,
-  starting = 1,            // too little has been seen since the start, or since all began anew
-  resting = 2,             // the servo stands still, and the interval has grown
-  single_sine = 3,         // the command is one sine, which does not show this value
-  change_suspected = 4,    // the innovations have just been far too large
-  model_does_not_fit = 5,  // left alone, the model does not run like the servo
-  not_precise = 6,         // the interval is wider than the tolerance
+  starting = 1,          // too little has been seen since the start, or since all began anew
+  resting = 2,           // the servo stands still, and the interval has grown
+  single_sine = 3,       // the command is one sine, which does not show this value
+  change_suspected = 4,  // the innovations have just been far too large
+  model_does_not_fit =
+      5,  // left alone, the model does not run like the servo; or the residuals are not white
+  not_precise = 6,  // the interval is wider than the tolerance
 };
+
+/// The name of the reason, as of a Status.
+constexpr const char* to_string(TrustReason reason) {
+  switch (reason) {
+    case TrustReason::trusted:
+      return "trusted";
+    case TrustReason::starting:
+      return "starting";
+    case TrustReason::resting:
+      return "resting";
+    case TrustReason::single_sine:
+      return "single_sine";
+    case TrustReason::change_suspected:
+      return "change_suspected";
+    case TrustReason::model_does_not_fit:
+      return "model_does_not_fit";
+    case TrustReason::not_precise:
+      return "not_precise";
+  }
+  return "unknown";
+}
 
 /// A value with the half of its 90 % interval, in the same unit; NaN before there is any.
 template <class Scalar>

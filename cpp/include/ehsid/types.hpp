@@ -2,6 +2,11 @@
 // Vocabulary shared by every estimator header: vectors, status codes, finiteness.
 #pragma once
 
+// The first lines that a compiler reads: it then says this before a page of what it does not understand.
+#if __cplusplus < 201703L && !(defined(_MSVC_LANG) && _MSVC_LANG >= 201703L)
+#error "ehsid needs C++17: compile with -std=c++17 or newer (/std:c++17 with Visual C++)"
+#endif
+
 // A program that does not use Eigen defines EHSID_WITHOUT_EIGEN, the same in all its units. Then it has neither
 // identify_servo() nor sizes that are chosen at run time.
 #ifdef EHSID_WITHOUT_EIGEN
@@ -137,6 +142,31 @@ enum class [[nodiscard]] Status : std::uint8_t {
   numerical_limit = 7,   // result not finite or a factor not positive: rejected
   invalid_argument = 8,  // configuration, start value or snapshot refused: kept as it was
 };
+
+/// The name of the status, e.g. "no_information", for a log. A constant of the program; "unknown" for any other number.
+constexpr const char* to_string(Status status) {
+  switch (status) {
+    case Status::ok:
+      return "ok";
+    case Status::filling:
+      return "filling";
+    case Status::no_information:
+      return "no_information";
+    case Status::disabled:
+      return "disabled";
+    case Status::reset:
+      return "reset";
+    case Status::invalid_input:
+      return "invalid_input";
+    case Status::out_of_range:
+      return "out_of_range";
+    case Status::numerical_limit:
+      return "numerical_limit";
+    case Status::invalid_argument:
+      return "invalid_argument";
+  }
+  return "unknown";
+}
 
 /// True where the call was refused. The codes below invalid_input are normal operation.
 constexpr bool is_error(Status status) { return status >= Status::invalid_input; }

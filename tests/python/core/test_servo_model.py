@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 from decimal import Decimal, localcontext
+from typing import Any
 
 import control
 import numpy as np
@@ -472,3 +473,65 @@ def test_a_numerator_of_no_servo_is_not_called_aliased() -> None:
     reading = ehsid.identify_servo(MODEL_16, NO_COVARIANCE, DT)
     assert reading.status.name == "ok"
     assert reading.zoh_mismatch > 1.0
+
+
+def after(samples: int, sensor_noise: float = 0.0, **settings: Any) -> ehsid.ArxEstimator:
+    """Returns an estimator that has seen model (16), whose null is not at zero."""
+    na = 2 if settings.get("integrator") else 3
+    estimator = ehsid.ArxEstimator(na, 3, 1, **settings)
+    rng = np.random.default_rng(5)
+    u, y = np.zeros(samples), np.zeros(samples)
+    for k in range(samples):
+        if k >= 3:
+            acts = u[k - 3 : k][::-1] + 0.2
+            y[k] = -MODEL_16[:3] @ y[k - 3 : k][::-1] + MODEL_16[3:] @ acts
+            y[k] += 0.0 if sensor_noise else 1e-3 * rng.normal()
+        u[k] = 1.0 if rng.normal() > 0.01 * y[k] else -1.0
+    estimator.run(u, y + sensor_noise * rng.normal(size=samples))
+    return estimator
+
+
+@pytest.mark.parametrize("dtype", ["float32", "float64"])
+@pytest.mark.parametrize("offset", [False, True])
+@pytest.mark.parametrize("settings", [{}, {"integrator": True}, {"method": "riv"}])
+def test_servo_of_an_estimator_is_that_of_its_theta_and_covariance(
+    settings: dict[str, Any], offset: bool, dtype: str
+) -> None:
+    if settings.get("method") == "riv":
+        settings = settings | {"forgetting": ehsid.Exponential()}
+    estimator = after(900, **settings, offset=offset, dtype=dtype)
+    n = 5 if settings.get("integrator") else 6
+    told = estimator.servo(DT)
+    read = ehsid.identify_servo(estimator.theta_hat[:n], estimator.covariance[:n, :n], DT)
+    assert told.status == read.status
+    for name in ("gain", "omega_n", "xi", "gain_std", "omega_n_std", "xi_std", "covariance"):
+        np.testing.assert_array_equal(getattr(told, name), getattr(read, name))
+    assert told.residual_std == np.sqrt(estimator.residual_variance)
+    assert np.isnan(read.residual_std)
+    assert not read.trusted
+
+
+def test_servo_of_an_estimator_says_what_the_residuals_say() -> None:
+    good = after(900, offset=True).servo(DT)
+    assert good.trusted
+    assert good.reason == ehsid.TrustReason.trusted
+    assert abs(good.gain - 6.556) < 3.0 * good.gain_std
+    assert after(20, offset=True).servo(DT).reason == ehsid.TrustReason.not_precise
+    assert after(200, offset=True).servo(DT).reason == ehsid.TrustReason.starting
+    noisy = after(900, sensor_noise=2e-2, offset=True).servo(DT)
+    assert noisy.reason == ehsid.TrustReason.model_does_not_fit
+
+
+@pytest.mark.parametrize(
+    ("orders", "integrator", "words"),
+    [
+        ((2, 2, 1), False, "has na = 2, nb = 2, nk = 1; .* expected na = 3, nb = 3 and nk >= 1"),
+        ((3, 3, 0), False, "has na = 3, nb = 3, nk = 0"),
+        ((3, 3, 1), True, "beside the known integrator; expected na = 2, nb = 3"),
+    ],
+)
+def test_servo_of_other_orders_is_refused(
+    orders: tuple[int, int, int], integrator: bool, words: str
+) -> None:
+    with pytest.raises(ValueError, match=words):
+        ehsid.ArxEstimator(*orders, integrator=integrator).servo(DT)

@@ -6,6 +6,9 @@
 
 #include <ehsid/types.hpp>
 
+#include <type_traits>
+#include <utility>
+
 namespace ehsid {
 
 /// A forgetting policy in words.
@@ -46,6 +49,26 @@ struct SettingInfo {
   const char* meaning;
   int hil_place;  // which of the kHilPlaces numbers carries it; policies share them
 };
+
+namespace detail {
+
+template <class Policy, class Scalar, class = void>
+struct PolicyOf {
+  static constexpr bool kPolicy = false;
+  static constexpr bool kSameNumber = true;
+};
+
+template <class Policy, class Scalar>
+struct PolicyOf<Policy, Scalar,
+                std::void_t<decltype(Policy::kId), decltype(Policy::kInfo),
+                            decltype(std::declval<const Policy&>().loss()),
+                            typename Policy::template Over<Scalar>>> {
+  static constexpr bool kPolicy = true;
+  static constexpr bool kSameNumber =
+      std::is_same<typename Policy::template Over<Scalar>, Policy>::value;
+};
+
+}  // namespace detail
 
 /// Is every setting of the policy in its range?
 template <class Policy>
