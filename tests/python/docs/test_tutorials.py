@@ -81,17 +81,21 @@ def test_two_causes_are_told_apart_by_the_next_experiment() -> None:
 @pytest.mark.thorough
 def test_estimator_on_my_controller() -> None:
     made, names = ran("tutorials/estimator_on_my_controller.md")
-    before, after = (
-        [float(word) for word in line.split() if word.replace(".", "").isdigit()]
+    rows = [
+        [float(number) for number in re.findall(r"\d+\.\d+", line)]
         for line in made.splitlines()
-        if "mm/(s V), omega_n" in line and "printf" not in line
-    )
-    assert before[1] == pytest.approx(30.0, rel=0.01)
-    assert after[1] == pytest.approx(45.0, rel=0.01)
-    for numbers in (before, after):
-        assert numbers[3] == pytest.approx(25.0, rel=0.01)
-        assert numbers[5] == pytest.approx(0.3, rel=0.02)
-    assert "20.08 s  ALARM" in made
+        if re.match(r" *\d+\.\d+ s  K = ", line)
+    ]
+    assert [row[0] for row in rows] == [19.98, 39.98, 59.98, 79.98]
+    for time_s, gain, half_width, gain_v_m, adapted_mm, other_mm in rows:
+        truth = 30.0 if time_s < 40.0 else 60.0
+        assert abs(gain - truth) < half_width < 0.05 * truth
+        assert gain_v_m == pytest.approx(5.0e3 / truth, rel=0.03)  # bandwidth / K
+        assert adapted_mm < 6.0
+        assert (other_mm > 2.0 * adapted_mm) == (time_s > 40.0)
+    (suspected, *_) = re.findall(r"(\d+\.\d+) s  gain  80.0 V/m, fixed: change_suspected", made)
+    assert 40.0 < float(suspected) < 40.3
+    assert "30.00 s  gain  80.0 V/m, fixed: invalid_input" in made
     assert names["record"].dt_s == pytest.approx(names["DT_S"])
 
 
