@@ -9,7 +9,8 @@ from urllib.parse import quote
 
 import panel as pn
 
-from ehsid.harness.show.watch_page import watch_lead
+from ehsid.harness.show.page import Table
+from ehsid.harness.show.watch_page import CHANGES, change_rows, watch_lead
 
 from . import look
 from .histories import NUMBERS, PAGE, Histories, HistoryChoice
@@ -110,11 +111,14 @@ class HistoryView(View):
 
     def _found(self, name: str) -> str:
         page = self._histories.result(name) / PAGE
-        if not page.is_file():
+        watch = self._histories.told(name)
+        if watch is None or not page.is_file():
             return ""
+        rows = change_rows(watch)
         address = f"/history-result/{quote(name)}"
         return (
-            f'<iframe src="{address}/{PAGE}?made={page.stat().st_mtime_ns}" title="History of '
+            (look.told(Table("", CHANGES, rows)) if rows else "")
+            + f'<iframe src="{address}/{PAGE}?made={page.stat().st_mtime_ns}" title="History of '
             f'{look.plain(name)}"></iframe>{look.files(address, FILES)}{self._same(name)}'
         )
 
@@ -135,7 +139,10 @@ def histories_html(histories: Histories, theme: str) -> str:
     items = ""
     for name in histories.names():
         watch = histories.told(name)
-        words = "nothing is fitted yet" if watch is None else " ".join(watch_lead(watch)[:-1])
+        words = "nothing is fitted yet"
+        if watch is not None:
+            count = len(change_rows(watch)) or "No"
+            words = f"{watch_lead(watch)[0]} {count} change{'' if count == 1 else 's'}."
         address = f"/history?name={quote(name)}&amp;theme={theme}"
         items += f'<li><a href="{address}">{look.plain(name)}</a>: {look.plain(words)}</li>'
     address = f"/history?name={quote(NEW)}&amp;theme={theme}"

@@ -295,8 +295,10 @@ class _HistoryResult(_Guarded):
         self.histories = Histories(workbench)
 
     async def get(self, name: str, file: str) -> None:
+        if name not in self.histories.names():
+            raise HTTPError(404)
         path = self.histories.result(name) / file
-        if name not in self.histories.names() or not path.is_file():
+        if not path.is_file():
             raise HTTPError(404)
         await self.send(path)
 

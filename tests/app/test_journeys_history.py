@@ -6,6 +6,8 @@ from __future__ import annotations
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
 from typing import Any
+from urllib.error import HTTPError
+from urllib.request import urlopen
 
 import pytest
 from made_diagnoses import bench, measured_record
@@ -65,16 +67,23 @@ def test_what_is_missing_is_told(history: Any, tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("width", [390, 1400])
-def test_an_earlier_history_is_shown(history: Any, tmp_path: Path, width: int) -> None:
+def test_an_earlier_history_is_shown(history: Any, served: Any, tmp_path: Path, width: int) -> None:
     made_history(tmp_path / "history")
     history.set_viewport_size({"width": width, "height": 900})
     fill(history, "folder of the history", tmp_path / "history")
     history.get_by_role("button", name="Only show the history").click()
     frame = history.frame_locator("iframe[title='History of press7']")
     frame.get_by_text("Something changed in press7.").wait_for()
-    frame.get_by_text("valve dead band: overlap").first.wait_for()
+    history.get_by_role("cell", name="valve dead band: overlap").first.wait_for()
     assert history.evaluate("document.documentElement.scrollWidth") <= width
     for field in ("folder of dated logs", "folder of the history"):
         box = history.get_by_label(field).bounding_box()
         assert box is not None
         assert box["x"] + box["width"] <= width
+    # Nothing is served without the token, and nothing else of the folder.
+    with pytest.raises(HTTPError, match="403"):
+        urlopen(f"{served.root}/history-result/press7/watch.json")
+    for path, status in (("press7/watch.json", 200), ("press8/watch.json", 404)):
+        assert history.request.get(f"{served.root}/history-result/{path}").status == status
+    outside = history.request.get(f"{served.root}/history-result/..%2Fmachine/watch.json")
+    assert outside.status == 404

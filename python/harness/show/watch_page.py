@@ -130,10 +130,15 @@ def write_watch(watch: Watch, folder: Path) -> None:
 
 def watch_page(watch: Watch) -> Page:
     """Returns the whole page."""
+    summary: list[Block] = [
+        _picture(machine) for machine in watch.machines[:1] if machine.quantities
+    ]
+    sections = []
     rows = change_rows(watch)
-    summary: list[Block] = [Table("", CHANGES, rows)] if rows else []
-    summary += [_picture(machine) for machine in watch.machines[:1] if machine.quantities]
-    sections = [
+    if rows:
+        table = Table("Oldest first.", CHANGES, rows)
+        sections.append(Section("What changed, and when", [table]))
+    sections += [
         _machine(machine, is_first=place == 0) for place, machine in enumerate(watch.machines)
     ]
     return Page(

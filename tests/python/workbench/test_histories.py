@@ -155,7 +155,7 @@ def test_an_earlier_history_is_shown_and_told_among_the_machines(
     ]
     assert len(told.machines[0].oil_temperature) == 52
     listed = histories_html(histories, "dark")
-    assert "Something changed in press7." in listed
+    assert "52 logs fitted with the same effects. 3 changes." in listed
     assert "/history?name=press7&amp;theme=dark" in listed
 
 
