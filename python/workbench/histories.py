@@ -9,9 +9,12 @@ from __future__ import annotations
 
 import functools
 import multiprocessing
+import signal
+import sys
 import threading
 import warnings
-from contextlib import closing
+from collections.abc import Iterator
+from contextlib import closing, contextmanager
 from multiprocessing.synchronize import Event
 from pathlib import Path
 
@@ -178,6 +181,17 @@ def _changed_at(path: Path) -> float:
     return path.stat().st_mtime
 
 
+@contextmanager
+def _ended_in_order() -> Iterator[None]:
+    """Lets a cancel reach the ends of blocks: workers without a parent leave warnings behind."""
+    before = signal.signal(signal.SIGTERM, lambda *_: sys.exit(1))
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGTERM, before)
+
+
+@_ended_in_order()
 def history_task(
     logs: Path, rig: Path | None, entry: Entry | None, out: Path, stop: Event, *, report: Report
 ) -> None:
