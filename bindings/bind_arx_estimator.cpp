@@ -1,10 +1,14 @@
 // SPDX-License-Identifier: MIT
 #include "bindings.hpp"
 
+#include <ehsid/arx_estimator.hpp>
 #include <ehsid/servo_model.hpp>
 
 namespace ehsid::bindings {
 namespace {
+
+/// What the template takes where nobody names a policy.
+constexpr const char* kDefaultPolicy = ArxEstimator<float, 3, 3, 1>::Forgetting::kInfo.id;
 
 template <class Options>
 Options checked(const Options& options, const char* message) {
@@ -335,7 +339,7 @@ ValueError
             return is_single(dtype) ? make_any<float>(settings) : make_any<double>(settings);
           }),
           py::arg("na"), py::arg("nb"), py::arg("nk"), py::kw_only(), py::arg("offset") = false,
-          py::arg("forgetting") = PolicySettings<place_of_policy("f_ratio")>{},
+          py::arg("forgetting") = PolicySettings<place_of_policy(kDefaultPolicy)>{},
           py::arg_v("scaling", Scaling<double>{}, "Scaling()"),
           py::arg_v("rls", RlsOptions<double>{}, "RlsOptions()"),
           py::arg_v("reset", RmseResetOptions<double>{}, "RmseResetOptions()"),

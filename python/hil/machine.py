@@ -11,17 +11,14 @@ from collections.abc import Mapping
 
 import numpy as np
 
-import ehsid
 from ehsid.harness.hunt.machines import Machine
-from ehsid.harness.models.identification import ArxOrders
 from ehsid.harness.rigs import Rig
 from ehsid.harness.signals.simulation import suggested_controller
 
 from .messages import Sample
-from .plan import open_plan
+from .plan import THIRD_ORDER, open_plan
 from .session import Session
 
-ORDERS = ArxOrders(3, 3, 1, offset=True)
 WATCHDOG_MS = 60_000
 
 
@@ -49,8 +46,7 @@ class TargetMachine:
             suggested_controller(rig),
             dt_s=dt_s,
             noise=np.zeros((2, 6)),
-            orders=ORDERS,
-            forgetting=ehsid.FRatio(),
+            orders=THIRD_ORDER,
             values={},
             watchdog_ms=WATCHDOG_MS,
         ).configuration

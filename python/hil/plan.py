@@ -14,6 +14,7 @@ import numpy as np
 import ehsid
 from ehsid.harness.base.error_words import install_line
 from ehsid.harness.base.numbers import FloatArray
+from ehsid.harness.catalogue.parameters import SERVO_ORDERS
 from ehsid.harness.firmware.configuration import EstimatorConfiguration
 from ehsid.harness.firmware.servo import ServoSettings
 from ehsid.harness.models.identification import ArxOrders
@@ -154,7 +155,7 @@ def offered_loop(name: str) -> OfferedLoop:
 
 
 # A third-order model about an operating point that is not known in advance.
-THIRD_ORDER = ArxOrders(3, 3, 1, offset=True)
+THIRD_ORDER = ArxOrders(*SERVO_ORDERS, offset=True)
 # The gain from the estimate stays between these multiples of the fixed gain. In each sample it
 # changes by at most a hundredth of the fixed gain.
 GAIN_RANGE = (0.5, 2.0)

@@ -28,7 +28,13 @@ import tomli_w
 
 from ehsid.harness.base.files import write_text
 from ehsid.harness.catalogue.channels import COMMAND, POSITION
-from ehsid.harness.catalogue.parameters import METHODS, POLICIES, policies_of
+from ehsid.harness.catalogue.parameters import (
+    METHODS,
+    POLICIES,
+    RECORD_POLICY,
+    SERVO_ORDERS,
+    policies_of,
+)
 
 from .rig_program import stamp_of_program
 
@@ -88,13 +94,13 @@ class ModelChoice(msgspec.Struct):
     orders: str = "2-5"
     delays: str = "1-5"
     """To be tried by the identification, such as "2-5"."""
-    na: int = 3
-    nb: int = 3
-    nk: int = 1
+    na: int = SERVO_ORDERS[0]
+    nb: int = SERVO_ORDERS[1]
+    nk: int = SERVO_ORDERS[2]
     """Orders and delay of the estimator; an identification puts those in that it has found."""
     method: str = "rls"
     """Recursion, a key of `METHODS`."""
-    policy: str = "exponential"
+    policy: str = RECORD_POLICY
     """Forgetting policy, a key of `POLICIES`."""
     settings: dict[str, float] = msgspec.field(default_factory=dict)
     """Settings of the policy by their names in Python; those not named have their defaults."""

@@ -103,6 +103,12 @@ def names_of(effect: ehsid.EffectInfo) -> list[ParameterKey]:
 
 POLICIES = MappingProxyType({info.id.replace("_", "-"): info for info in ehsid.policies()})
 
+# What a command, a tool or a page takes where nobody chooses. Two policies, because a record can be
+# read again and has an end, and a controller runs on and has to follow: docs/estimator.md.
+RECORD_POLICY = "exponential"
+TARGET_POLICY = "f-ratio"
+SERVO_ORDERS = (3, 3, 1)  # na, nb, nk
+
 
 class Method(NamedTuple):
     """A recursion: its name in words, and the noise that it is right with."""

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from ..base.files import result_folder
+from ..catalogue.parameters import RECORD_POLICY, SERVO_ORDERS
 from ..show.model_file_names import ESTIMATION_FILES
 from .console import Console, about, note, print_blocks, refuse
 from .next_command import Given, export_line, print_next, print_tries
@@ -191,13 +192,13 @@ def estimate_command(
     ],
     input_name: InputColumn = "command_v",
     output_name: OutputColumn = "position_m",
-    na: PastOutputs = 3,
-    nb: PastInputs = 3,
-    nk: Delay = 1,
+    na: PastOutputs = SERVO_ORDERS[0],
+    nb: PastInputs = SERVO_ORDERS[1],
+    nk: Delay = SERVO_ORDERS[2],
     offset: Offset = True,
     forgetting: Annotated[
         PolicyName, typer.Option(help="forgetting policy; exponential is Eq. (15)")
-    ] = "exponential",
+    ] = RECORD_POLICY,
     lambda0: Lambda0 = None,
     setting: PolicySettings = None,
     method: Annotated[

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from ..base.files import result_files, write_text
-from ..catalogue.parameters import POLICIES
+from ..catalogue.parameters import POLICIES, SERVO_ORDERS, TARGET_POLICY
 from .console import Console, about, note
 from .export_simulator import export_simulator
 from .next_command import Given, estimate_line
@@ -45,7 +45,7 @@ def _orders(data: IoData, given: tuple[int | None, ...], choose: bool, offset: b
 
     if choose:
         return chosen_orders(data, offset=offset)
-    defaults = zip(given, (3, 3, 1), strict=True)
+    defaults = zip(given, SERVO_ORDERS, strict=True)
     na, nb, nk = (default if value is None else value for value, default in defaults)
     return ArxOrders(na, nb, nk, offset=offset)
 
@@ -107,7 +107,7 @@ def export_command(
     offset: Offset = True,
     forgetting: Annotated[
         PolicyName, typer.Option(help="forgetting policy; f-ratio keeps what the start knows")
-    ] = "f-ratio",
+    ] = TARGET_POLICY,
     lambda0: Lambda0 = None,
     setting: PolicySettings = None,
     reset: Reset = True,
@@ -230,7 +230,7 @@ def export_command(
         "--nk": nk is not None,
         "--identify": choose,
         "--no-offset": not offset,
-        "--forgetting": forgetting != "f-ratio",
+        "--forgetting": forgetting != TARGET_POLICY,
         "--lambda0": lambda0 is not None,
         "--no-reset": not reset,
         "--inflation": inflation is not None,

@@ -14,6 +14,7 @@ import typer
 
 import ehsid
 from ehsid.harness.base.files import free_folder, result_folder
+from ehsid.harness.catalogue.parameters import TARGET_POLICY
 from ehsid.harness.cli.console import Console
 from ehsid.harness.cli.options import (
     AsJson,
@@ -84,7 +85,7 @@ def hil_command(
     ] = True,
     forgetting: Annotated[
         PolicyName, typer.Option(help="forgetting policy, not for the experiment")
-    ] = "f-ratio",
+    ] = TARGET_POLICY,
     lambda0: Lambda0 = None,
     setting: PolicySettings = None,
     na: PastOutputs = 3,
@@ -161,7 +162,7 @@ def hil_command(
     chosen = None
     if servo:
         arx = {
-            "--forgetting": forgetting != "f-ratio",
+            "--forgetting": forgetting != TARGET_POLICY,
             "--lambda0": lambda0 is not None,
             **{f"--{name}": value != 3 for name, value in (("na", na), ("nb", nb))},
             "--nk": nk != 1,

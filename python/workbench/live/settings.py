@@ -12,6 +12,7 @@ from typing import Any
 import msgspec
 
 import ehsid
+from ehsid.harness.catalogue.parameters import TARGET_POLICY
 from ehsid.harness.rigs import Rig, read_rig
 from ehsid.harness.rigs.new import published_rig
 from ehsid.harness.signals.simulation import parse_settings
@@ -49,7 +50,7 @@ class LiveSettings(msgspec.Struct, frozen=True):
     amplitude: str = ""
     bandwidth_hz: str = ""
     """Test signal. The amplitude is in V, or in mm with position control; "" takes the default."""
-    forgetting: str = "f-ratio"
+    forgetting: str = TARGET_POLICY
     retune: bool = True
     """Policy of the estimator, and whether the gain of the controller follows the estimate."""
     real_time: bool = True

@@ -132,7 +132,8 @@ class EstimationResult(Estimate):
 START_VARIANCE = 1e6  # of ArxEstimator
 # Of ArxEstimator: largest relative deviation of what has settled, and size below which a scaled
 # parameter is judged as if it had this one.
-TOLERANCE, MAGNITUDE = 0.05, 0.1
+TOLERANCE = ehsid.ConvergenceOptions().tolerance
+MAGNITUDE = ehsid.ConvergenceOptions().magnitude
 # Number of equations per parameter that count as start-up.
 START_EQUATIONS = 10
 
