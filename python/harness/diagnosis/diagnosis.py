@@ -187,10 +187,10 @@ def _diagnose(
         joint_case = make_case(rig, [*fitted, *held_out], engine=engine, effort=effort)
         look = look_for(watch, begun, pace, joint_case)
         joint = _evaluate(joint_case, regimes, options, pace, look)
-        joint = _with_missing_laws(joint, regimes, pace, look)
+        joint = _with_missing_laws(joint, regimes, effect_ids, pace, look)
         evaluation, remarks = joint, (*remarks, Remark("", FITTED_TOGETHER))
     else:
-        evaluation = _with_missing_laws(evaluation, regimes, pace, look)
+        evaluation = _with_missing_laws(evaluation, regimes, effect_ids, pace, look)
     case, search_result, laws = evaluation.case, evaluation.search_result, evaluation.laws
     selection, decision = evaluation.selection, evaluation.decision
     best, values = selection.best, evaluation.values
@@ -479,7 +479,11 @@ def _evaluate(
 
 
 def _with_missing_laws(
-    evaluation: _Evaluation, regimes: Sequence[Regimes], pace: Pace, look: Look
+    evaluation: _Evaluation,
+    regimes: Sequence[Regimes],
+    effect_ids: Sequence[str],
+    pace: Pace,
+    look: Look,
 ) -> _Evaluation:
     """Adds the laws of a cause outside of the catalogue, as far as they can be told.
 
@@ -498,7 +502,7 @@ def _with_missing_laws(
     if not asked or probabilities.outside < FIT_TOGETHER:
         return evaluation
     _tell(look, "laws", search_result, ahead, tasks=2 if ahead.effects else 1)
-    laws = missing_laws(case, search_result.calibrated, ahead, pace.within)
+    laws = missing_laws(case, search_result.calibrated, ahead, pace.within, effect_ids)
     if laws is None:
         return evaluation
     selection = select_effects(search_result, probabilities.with_laws(laws.hypotheses))

@@ -13,9 +13,7 @@ from scipy.stats import norm
 
 from ...base.numbers import FloatArray
 from ...base.parallel import Progress, part_of
-from ...catalogue.parameters import effects
 from ...catalogue.spellings import ParameterKey
-from ...rigs.rig import table_subsystem
 from ..deciding import EFFECT, EVIDENCE
 from ..model.case import Case
 from ..model.fit import fit
@@ -26,6 +24,7 @@ from ..search.gap_reduction import WindowSums, mean_gap
 from ..search.intervals import LEVEL, candidate_covariance, matters
 from ..search.score import left
 from ..search.search import restrict
+from .beside import constant_of, effect_beside, is_part, without_law
 from .fitting import LONG, with_law, with_one_law
 from .forms import LINKAGE, MASS, MASSES, MENU, SPRING, describe, visited
 from .forms import laws as laws_of_menu
@@ -38,7 +37,7 @@ LAW = 2.0 * EFFECT + math.log(sum(len(variables) for variables in MENU.values())
 CAUSE = 2.0 * EFFECT
 # It is shown where it lowers what is left by more than this, see `score.left`.
 LEAST_GAIN = LAW / EVIDENCE
-# A second law must matter beside the first: tables follow whatever the first one leaves.
+# A second law, or an effect, must matter beside the first: both follow whatever that one leaves.
 LEAST_OF_FIRST = 0.3
 # And it must remove this share of the gap: a law that removes nothing is not told.
 LEAST_OF_GAP = 0.01
@@ -75,11 +74,12 @@ def missing_laws(
     calibrated: FittedCandidate,
     best: FittedCandidate,
     progress: Progress | None = None,
+    effect_ids: Sequence[str] = (),
 ) -> LawsFound | None:
     """Looks for laws that explain what the best set leaves; None where there is none.
 
     Laws are added to the best set and to the rig without effects: the effects of the best set may
-    be there only because the law was missing.
+    be there only because the law was missing. After each law, effects that show only beside it.
 
     Parameters
     ----------
@@ -89,20 +89,30 @@ def missing_laws(
         the rig without effects, and with the best set of effects.
     progress
         called with the share of the work that is done.
+    effect_ids
+        the effects that may be named beside the laws.
     """
     fine = decision_case(case)
     starts = [calibrated, best] if best.effects else [calibrated]
     parts = len(starts) + 1
     chains = [
-        _Chain(fine, (start,), ()).longer(part_of(progress, place / parts, (place + 1) / parts))
+        _Chain(fine, (start,), (), tuple(effect_ids)).longer(
+            part_of(progress, place / parts, (place + 1) / parts)
+        )
         for place, start in enumerate(starts)
     ]
     costs = [each.penalised for each in chains]
     chain = chains[costs.index(min(costs))]
     last = part_of(progress, (parts - 1) / parts, 1.0)
-    chain = chain.longer(last) if chain.rivals else chain
-    if not chain.rivals:
+    if not chain.last.laws:
         return None
+    chain = chain.with_effect(part_of(last, 0.0, 0.25))
+    longer = chain.longer(part_of(last, 0.25, 0.5))
+    if longer is not chain:
+        chain = longer.with_one_law_less()
+        if chain is not longer:
+            chain = chain.longer(part_of(last, 0.5, 0.75))
+        chain = chain.with_effect(part_of(last, 0.75, 1.0))
     origin = chain.steps[0]
     chain = _springs_taken_in(fine, chain)
     candidate = _without_needless(fine, chain.last)
@@ -110,7 +120,7 @@ def missing_laws(
         name: value
         for name, value in best.values.items()
         if ParameterKey(name).effect in candidate.effects
-        and _is_part(str(ParameterKey(name).effect), candidate.laws)
+        and is_part(str(ParameterKey(name).effect), candidate.laws)
     }
     if held:
         fine = replace(fine, held=held)
@@ -121,12 +131,17 @@ def missing_laws(
     shares = _shares([each.sums for each in steps])
     if shares is None:
         return None
+    by_law = [
+        share
+        for share, (before, after) in zip(shares, itertools.pairwise(steps), strict=True)
+        if len(after.laws) > len(before.laws)
+    ]
     here = visited(fine, candidate)
     mass_kg = sum(candidate.values.get(name, 0.0) for name in MASSES)
     tables = candidate.tables()
     laws, forms = [], []
     for law, deviations, share, others in zip(
-        candidate.laws, _deviations(fine, candidate), shares[1:], chain.rivals, strict=True
+        candidate.laws, _deviations(fine, candidate), by_law, chain.rivals, strict=True
     ):
         weights = _nearest(law, here[law.of])
         table = tables[law.name]
@@ -147,22 +162,35 @@ def missing_laws(
         )
         forms.append(told.form)
     evidence = EVIDENCE * (_penalised(fine, calibrated) - _penalised(fine, candidate)) - CAUSE
-    # Laws beside the effects of another chain are as much behind as that chain was.
-    hypotheses = [(candidate.effects, evidence)] + [
+    # Laws beside the effects of another chain are as much behind as that chain was, and without an
+    # effect that was found beside them by what it gained.
+    hypotheses = [(candidate.effects, evidence)]
+    hypotheses += [
         (start.effects, evidence - EVIDENCE * (cost - min(costs)))
         for start, cost in zip(starts, costs, strict=True)
         if start is not origin and set(start.effects) != set(candidate.effects)
     ]
-    return LawsFound(candidate, tuple(laws), tuple(forms), shares[0], tuple(hypotheses), held)
+    hypotheses += [
+        (tuple(each for each in candidate.effects if each != effect), evidence - gain)
+        for effect, gain in chain.beside
+        if effect in candidate.effects
+    ]
+    of_effects = 1.0 - sum(by_law) if candidate.effects else 0.0
+    return LawsFound(candidate, tuple(laws), tuple(forms), of_effects, tuple(hypotheses), held)
 
 
 @dataclass(frozen=True, eq=False)
 class _Chain:
-    """A start and its fits with one law more each; `rivals`: other laws that explain as much."""
+    """A start and its fits with one law more each, or one effect."""
 
     case: Case
     steps: tuple[FittedCandidate, ...]
     rivals: tuple[tuple[tuple[str, str], ...], ...]
+    """Of each law, others that explain as much."""
+    effect_ids: tuple[str, ...] = ()
+    """Effects that may be named beside the laws."""
+    beside: tuple[tuple[str, float], ...] = ()
+    """Effects that were found beside the laws, and what each gains, nats, its prior cost taken."""
 
     @property
     def last(self) -> FittedCandidate:
@@ -194,7 +222,48 @@ class _Chain:
             for other in found
             if other is not each and abs(other.left - each.left) < RIVAL
         )
-        return _Chain(self.case, (*self.steps, each.candidate), (*self.rivals, rivals))
+        return replace(self, steps=(*self.steps, each.candidate), rivals=(*self.rivals, rivals))
+
+    def with_effect(self, progress: Progress | None) -> _Chain:
+        """With an effect more, or the same where none is worth its cost."""
+        found = effect_beside(self.case, self.last, self.effect_ids, progress)
+        lefts = [left(self.case, each) for each in self.steps]
+        least = LEAST_OF_FIRST * (lefts[0] - lefts[-1])
+        if found is None or lefts[-1] - left(self.case, found) < least:
+            return self
+        gain = self.penalised - _penalised(self.case, found)
+        beside = (*self.beside, (found.effects[-1], EVIDENCE * gain))
+        return replace(self, steps=(*self.steps, found), beside=beside)
+
+    def with_one_law_less(self) -> _Chain:
+        """Without the law that the other one makes needless, or with an effect in its place.
+
+        The first law may stand in for the second: the delay of the command seems to drift where the
+        simulator lacks a mass. Beside that it is off, or it is constant, and that is an effect. The
+        same where neither leaves as little for its cost.
+        """
+        best, shorter = self.penalised, self
+        for place, law in enumerate(self.last.laws if len(self.last.laws) > 1 else ()):
+            without = without_law(self.case, self.last, law)
+            named = constant_of(self.case, without, law, self.effect_ids)
+            for found in filter(None, (without, named)):
+                is_free = found is named and is_part(found.effects[-1], found.laws)
+                cost = _penalised(self.case, found) + is_free * EFFECT / EVIDENCE
+                if cost > best:
+                    continue
+                gain = EVIDENCE * (self.penalised - cost)
+                best, shorter = (
+                    cost,
+                    replace(
+                        self,
+                        steps=(self.steps[0], _without_laws(self.case, found), found),
+                        rivals=self.rivals[:place] + self.rivals[place + 1 :],
+                        beside=self.beside
+                        if found is without
+                        else (*self.beside, (found.effects[-1], gain)),
+                    ),
+                )
+        return shorter
 
 
 def _springs_taken_in(case: Case, chain: _Chain) -> _Chain:
@@ -202,16 +271,17 @@ def _springs_taken_in(case: Case, chain: _Chain) -> _Chain:
 
     Such a law can have any spring in it, so that the spring says nothing of its own: a workpiece is
     not a spring and a law that corrects it. And a mass over the position is that of a linkage,
-    which has a force over the position, too; a spring is only what this resembles. The replacement
-    is taken where it leaves hardly more.
+    which has a force over the position, too; a spring or a constant force is only what this
+    resembles. The replacement is taken where it leaves hardly more.
     """
     last = chain.last
-    remaining = tuple(each for each in last.effects if each not in SPRINGS)
     over_position = [law.adds_to for law in last.laws if (law.adds_to, law.of) in (SPRING, MASS)]
+    loads = (*SPRINGS, "load_force") if "mass" in over_position else SPRINGS
+    remaining = tuple(each for each in last.effects if each not in loads)
     if len(remaining) == len(last.effects) or not over_position:
         return chain
-    start = _fitted(case, restrict(case, chain.steps[0], remaining), remaining, ())
     without = _fitted(case, restrict(case, last, remaining), remaining, last.laws)
+    start = _without_laws(case, without)
     steps, rivals = (start, *chain.steps[1:-1], without), chain.rivals
     if "force" not in over_position:
         if len(last.laws) == MOST_LAWS:
@@ -220,7 +290,7 @@ def _springs_taken_in(case: Case, chain: _Chain) -> _Chain:
         steps, rivals = (*steps, with_law(case, without, force)), (*rivals, ())
     if left(case, steps[-1]) > left(case, last) + RIVAL:
         return chain
-    return _Chain(case, steps, rivals)
+    return replace(chain, steps=steps, rivals=rivals)
 
 
 def _fitted(
@@ -229,8 +299,14 @@ def _fitted(
     return evaluate(case, effects, fit(case.problem(effects, laws=laws), x, iterations=LONG), laws)
 
 
+def _without_laws(case: Case, candidate: FittedCandidate) -> FittedCandidate:
+    """Fits the effects of a candidate alone."""
+    of_laws = sum(law.knots.size for law in candidate.laws)
+    return _fitted(case, candidate.x[: candidate.x.size - of_laws], candidate.effects, ())
+
+
 def _penalised(case: Case, candidate: FittedCandidate) -> float:
-    laws = law_count([each for each in candidate.effects if not _is_part(each, candidate.laws)])
+    laws = law_count([each for each in candidate.effects if not is_part(each, candidate.laws)])
     return left(case, candidate) + laws * EFFECT / EVIDENCE + _price(candidate.laws)
 
 
@@ -244,12 +320,6 @@ def _price(laws: Sequence[Law]) -> float:
     return len(laws) * LEAST_GAIN - both * (LAW - EFFECT) / EVIDENCE
 
 
-def _is_part(effect: str, laws: Sequence[Law]) -> bool:
-    """Whether an effect and a law share a subsystem: the law may be what the effect lacks."""
-    own = effects()[effect].subsystem
-    return any(table_subsystem(law.adds_to, law.of) == own for law in laws)
-
-
 def _without_needless(case: Case, candidate: FittedCandidate) -> FittedCandidate:
     """Leaves out effects that are not worth their prior cost beside the laws.
 
@@ -257,14 +327,14 @@ def _without_needless(case: Case, candidate: FittedCandidate) -> FittedCandidate
     that differs by direction is Coulomb friction and a law besides.
     """
     for effect in candidate.effects:
-        is_part = _is_part(effect, candidate.laws)
-        if is_part and matters(effect, candidate.values, case.rig):
+        part = is_part(effect, candidate.laws)
+        if part and matters(effect, candidate.values, case.rig):
             continue
         remaining = tuple(each for each in candidate.effects if each != effect)
         start = restrict(case, candidate, remaining)
         smaller = _fitted(case, start, remaining, candidate.laws)
         # `_penalised` leaves out the cost of a part.
-        cost = EFFECT / EVIDENCE if is_part else 0.0
+        cost = EFFECT / EVIDENCE if part else 0.0
         if _penalised(case, smaller) <= _penalised(case, candidate) + cost:
             return _without_needless(case, smaller)
     return candidate

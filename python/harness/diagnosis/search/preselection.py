@@ -15,11 +15,12 @@ from collections.abc import Mapping, Sequence
 from functools import partial
 
 import numpy as np
+import numpy.typing as npt
 
 from ...base.numbers import FloatArray
 from ...base.parallel import Progress, run_together
 from ..model.case import Case
-from ..model.parameters import effect_parameters
+from ..model.parameters import Law, effect_parameters
 from ..model.problem import Problem
 from ..model.scale import effect_starts
 from ..options import Effort
@@ -39,41 +40,56 @@ def preselected(
     sets: Sequence[tuple[tuple[str, ...], Sequence[FitStart]]],
     kept: int,
     progress: Progress | None = None,
+    laws: Sequence[Law] = (),
 ) -> list[tuple[str, ...]]:
     """Returns the sets whose last effect promises most, best first.
 
     sets: sets of effects, each with the starts of its fits, fitted without the last effect.
+    laws: laws without a name that all of them have besides.
     """
     costs = run_together(
-        [partial(_promised, case, effects, starts) for effects, starts in sets], progress
+        [partial(_promised, case, effects, starts, laws) for effects, starts in sets], progress
     )
     order = np.argsort(costs, kind="stable")
     return [sets[place][0] for place in order[:kept].tolist()]
 
 
-def _promised(case: Case, effects: tuple[str, ...], starts: Sequence[FitStart]) -> float:
+def _promised(
+    case: Case, effects: tuple[str, ...], starts: Sequence[FitStart], laws: Sequence[Law]
+) -> float:
     """Least cost of a set with its last effect as one linear term, nats."""
-    problem = case.problem(effects)
+    problem = case.problem(effects, laws=laws)
     sizes = [
         np.array([x for _, x in effect_parameters(effects[-1], start, case.rig.plant)])
         for start in effect_starts(effects[-1], case.rig)
     ]
+    # The parameters of the laws stand behind those of the effects.
+    before = problem.low.size - sum(law.knots.size for law in laws) - sizes[0].size
+    place = np.full(sizes[0].size, before)
+    own = before + np.arange(sizes[0].size)
     return min(
-        _least(problem, start, problem.coefficients(np.concatenate([start.x, size])))
+        _least(problem, start, problem.coefficients(np.insert(start.x, place, size)), own)
         for start in starts
         for size in sizes
     )
 
 
-def _least(problem: Problem, start: FitStart, with_effect: dict[str, FloatArray]) -> float:
+def _least(
+    problem: Problem,
+    start: FitStart,
+    with_effect: dict[str, FloatArray],
+    own: npt.NDArray[np.int64],
+) -> float:
+    """own: places of the parameters of the effect, which the linear term stands for."""
     if not all(np.isfinite(errors).all() for errors in with_effect.values()):
         return np.inf
     without = start.linear.errors
     change = {name: with_effect[name] - without[name] for name in without}
     linear = start.linear.joined(without, {name: d[:, np.newaxis] for name, d in change.items()})
     count = start.x.size
-    prior = problem.information()[:count]
-    away = start.x - problem.centres()[:count]
+    prior = np.delete(problem.information(), own)
+    away = start.x - np.delete(problem.centres(), own)
+    low, high = (np.delete(end, own) - start.x for end in (problem.low, problem.high))
     step = np.append(np.zeros(count), 1.0)
     cost = np.inf
     for _ in range(STEPS):
@@ -87,11 +103,6 @@ def _least(problem: Problem, start: FitStart, with_effect: dict[str, FloatArray]
             gradient, hessian = gradient + by_x, hessian + gram
         hessian += 1e-9 * np.diag(np.diag(hessian) + 1e-12)
         step = step - np.linalg.solve(hessian, gradient)
-        step[:count] = np.clip(step[:count], *_reach(problem, start.x))
+        step[:count] = np.clip(step[:count], low, high)
         step[count] = min(max(float(step[count]), 0.0), MOST_SHARE)
     return cost
-
-
-def _reach(problem: Problem, x: FloatArray) -> tuple[FloatArray, FloatArray]:
-    count = x.size
-    return problem.low[:count] - x, problem.high[:count] - x

@@ -1,0 +1,142 @@
+# SPDX-License-Identifier: MIT
+"""Effects of the catalogue that show only beside a law without a name."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from gap_cases import DT_S, OFF, PRESSURES, RIG, SUBSTEPS, command_of
+
+from ehsid.harness.diagnosis.laws.beside import constant_of, effect_beside, without_law
+from ehsid.harness.diagnosis.laws.choosing import missing_laws
+from ehsid.harness.diagnosis.laws.fitting import with_law
+from ehsid.harness.diagnosis.laws.forms import laws
+from ehsid.harness.diagnosis.model.case import Case, make_case
+from ehsid.harness.diagnosis.search.candidates import (
+    FittedCandidate,
+    calibrate,
+    decision_case,
+    linearised_start,
+    refine,
+    screen,
+)
+from ehsid.harness.diagnosis.search.score import left
+from ehsid.harness.records import Record, make_record
+from ehsid.harness.rigs.rig import TableLaw
+from ehsid.harness.signals.simulation import draw_noise, simulate
+
+PLACES = np.linspace(0.05, 0.25, 21)
+AWAY = PLACES - 0.15
+# The mass of a linkage: over 0.12 to 0.22 m, which the rod visits, it nearly trebles.
+HEAVIER = RIG.values["load.mass_kg"] * (10.0 * AWAY + 48.0 * AWAY**2)
+GROWING = TableLaw("mass", "position_m", tuple(PLACES.tolist()), tuple(HEAVIER.tolist()))
+DELAY = "effects.transport_delay.delay_s"
+TRIED = ("transport_delay", "internal_leakage", "load_force", "coulomb_friction")
+
+
+def of_linkage(values: Mapping[str, float], seed: int) -> Record:
+    rng = np.random.default_rng(seed)
+    command = command_of(4.0, DT_S, rng)
+    command += 4.0 * np.cos(np.pi * DT_S * np.arange(command.size))
+    rig = replace(RIG, tables={"mass": GROWING})
+    noise, values = draw_noise(rig, command.size, rng), {**OFF, **values}
+    run = simulate(rig, command, dt_s=DT_S, values=values, substeps=SUBSTEPS, noise=noise).record
+    columns = {name: run.column(name) for name in ("command_v", *PRESSURES)}
+    return make_record({"time_s": run.time_s, **columns})
+
+
+def linkage(values: Mapping[str, float]) -> Case:
+    return decision_case(make_case(RIG, *([of_linkage(values, seed)] for seed in (1, 2))))
+
+
+def with_laws(case: Case, *names: str) -> FittedCandidate:
+    candidate = calibrate(case)
+    for name in names:
+        law = next(each for each in laws(case, candidate) if each.name == name)
+        candidate = with_law(case, candidate, law)
+    return candidate
+
+
+@pytest.fixture(scope="module")
+def late() -> Case:
+    """A linkage whose command comes 6 ms late."""
+    return linkage({DELAY: 0.006})
+
+
+@pytest.fixture(scope="module")
+def with_mass(late: Case) -> FittedCandidate:
+    return with_laws(late, "mass_of_position_m")
+
+
+def test_a_delay_shows_beside_the_mass(late: Case, with_mass: FittedCandidate) -> None:
+    found = effect_beside(late, with_mass, TRIED)
+    assert found is not None
+    assert found.effects == ("transport_delay",)
+    # The error of a size that is accepted in blind checks: 2 % in the median, ten times that here.
+    assert found.values[DELAY] == pytest.approx(0.006, rel=0.2)
+    assert [law.name for law in found.laws] == ["mass_of_position_m"]
+    assert left(late, found) < left(late, with_mass)
+
+
+def test_an_effect_that_may_not_be_named_is_not_tried(
+    late: Case, with_mass: FittedCandidate
+) -> None:
+    found = effect_beside(late, with_mass, TRIED[1:])
+    assert found is None or "transport_delay" not in found.effects
+
+
+def test_an_effect_of_the_same_subsystem_is_not_tried(
+    late: Case, with_mass: FittedCandidate
+) -> None:
+    assert effect_beside(late, with_mass, ("load_force", "coulomb_friction")) is None
+
+
+def test_nothing_is_named_where_nothing_else_is_missing() -> None:
+    case = linkage({})
+    assert effect_beside(case, with_laws(case, "mass_of_position_m"), TRIED) is None
+
+
+def test_a_delay_that_does_not_drift_has_a_name(late: Case) -> None:
+    both = with_laws(late, "delay_of_time_s", "mass_of_position_m")
+    law = both.laws[0]
+    without = without_law(late, both, law)
+    assert [each.name for each in without.laws] == ["mass_of_position_m"]
+    assert without.x.size == both.x.size - law.knots.size
+    found = constant_of(late, without, law, TRIED)
+    assert found is not None
+    assert found.effects == ("transport_delay",)
+    assert found.values[DELAY] == pytest.approx(0.006, rel=0.2)
+    assert constant_of(late, without, law, TRIED[1:]) is None
+    assert constant_of(late, found, law, TRIED) is None  # it is there already
+
+
+@pytest.mark.thorough
+def test_the_delay_is_named_and_the_mass_is_the_law(late: Case) -> None:
+    calibrated = calibrate(late)
+    found = missing_laws(late, calibrated, calibrated, effect_ids=TRIED)
+    assert found is not None
+    assert found.candidate.effects == ("transport_delay",)
+    assert ("mass", "position_m") in {(law.law.adds_to, law.law.of) for law in found.laws}
+    assert "delay" not in {law.law.adds_to for law in found.laws}
+    shares = [law.share_of_shrinkage for law in found.laws]
+    assert found.of_effects + sum(shares) == pytest.approx(1.0)
+    assert found.of_effects > 0.0
+    # Without the delay the laws are less probable, by more than its prior cost.
+    (effects, evidence), (others, less) = found.hypotheses
+    assert (effects, others) == (("transport_delay",), ())
+    assert less < evidence
+
+
+@pytest.mark.thorough
+def test_a_spring_that_stood_in_for_the_lever_is_taken_in_and_the_delay_stays(late: Case) -> None:
+    calibrated = calibrate(late)
+    screened = screen(late, ("load_spring",), [linearised_start(late, (), calibrated.x)])
+    spring = refine(late, ("load_spring",), screened.x)
+    # The laws shall start from the spring, whatever they would find without it.
+    found = missing_laws(late, spring, spring, effect_ids=TRIED)
+    assert found is not None
+    assert found.candidate.effects == ("transport_delay",)
+    assert ("mass", "position_m") in {(law.law.adds_to, law.law.of) for law in found.laws}
