@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 
 import numpy as np
 import numpy.typing as npt
@@ -13,6 +14,7 @@ import ehsid
 from ehsid.harness.diagnosis.model.case import Case, make_case
 from ehsid.harness.records import Record, make_record
 from ehsid.harness.rigs import Rig, read_rig
+from ehsid.harness.rigs.rig import TableLaw
 from ehsid.harness.signals.excitation import multisine, triangle
 from ehsid.harness.signals.simulation import draw_noise, simulate
 
@@ -59,6 +61,23 @@ def record(
         noise=draw_noise(RIG, command.size, rng),
     ).record
     columns = {name: run.column(name) for name in ("command_v", *names)}
+    return make_record({"time_s": run.time_s, **columns})
+
+
+def over_the_stroke(
+    tables: Mapping[str, TableLaw],
+    seed: int,
+    values: Mapping[str, float] | None = None,
+    seconds: float = 6.0,
+) -> Record:
+    """The rig with these laws and values, over most of the stroke and back, with pressures."""
+    rng = np.random.default_rng(seed)
+    command = command_of(seconds, DT_S, rng)
+    command += 4.0 * np.cos(np.pi * DT_S * np.arange(command.size))
+    rig, values = replace(RIG, tables=tables), {**OFF, **(values or {})}
+    noise = draw_noise(rig, command.size, rng)
+    run = simulate(rig, command, dt_s=DT_S, values=values, substeps=SUBSTEPS, noise=noise).record
+    columns = {name: run.column(name) for name in ("command_v", *PRESSURES)}
     return make_record({"time_s": run.time_s, **columns})
 
 

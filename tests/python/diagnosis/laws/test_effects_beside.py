@@ -4,11 +4,10 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import replace
 
 import numpy as np
 import pytest
-from gap_cases import DT_S, OFF, PRESSURES, RIG, SUBSTEPS, command_of
+from gap_cases import RIG, over_the_stroke
 
 from ehsid.harness.diagnosis.laws.beside import constant_of, effect_beside, without_law
 from ehsid.harness.diagnosis.laws.choosing import missing_laws
@@ -24,9 +23,7 @@ from ehsid.harness.diagnosis.search.candidates import (
     screen,
 )
 from ehsid.harness.diagnosis.search.score import left
-from ehsid.harness.records import Record, make_record
 from ehsid.harness.rigs.rig import TableLaw
-from ehsid.harness.signals.simulation import draw_noise, simulate
 
 PLACES = np.linspace(0.05, 0.25, 21)
 AWAY = PLACES - 0.15
@@ -37,19 +34,10 @@ DELAY = "effects.transport_delay.delay_s"
 TRIED = ("transport_delay", "internal_leakage", "load_force", "coulomb_friction")
 
 
-def of_linkage(values: Mapping[str, float], seed: int) -> Record:
-    rng = np.random.default_rng(seed)
-    command = command_of(4.0, DT_S, rng)
-    command += 4.0 * np.cos(np.pi * DT_S * np.arange(command.size))
-    rig = replace(RIG, tables={"mass": GROWING})
-    noise, values = draw_noise(rig, command.size, rng), {**OFF, **values}
-    run = simulate(rig, command, dt_s=DT_S, values=values, substeps=SUBSTEPS, noise=noise).record
-    columns = {name: run.column(name) for name in ("command_v", *PRESSURES)}
-    return make_record({"time_s": run.time_s, **columns})
-
-
 def linkage(values: Mapping[str, float]) -> Case:
-    return decision_case(make_case(RIG, *([of_linkage(values, seed)] for seed in (1, 2))))
+    tables = {"mass": GROWING}
+    records = ([over_the_stroke(tables, seed, values, seconds=4.0)] for seed in (1, 2))
+    return decision_case(make_case(RIG, *records))
 
 
 def with_laws(case: Case, *names: str) -> FittedCandidate:

@@ -8,7 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from gap_cases import DT_S, OFF, PRESSURES, RIG, SUBSTEPS, command_of, record
+from gap_cases import DT_S, OFF, PRESSURES, RIG, SUBSTEPS, command_of, over_the_stroke, record
 
 from ehsid.harness.diagnosis.laws.choosing import LEAST_GAIN, LawsFound, missing_laws
 from ehsid.harness.diagnosis.laws.fitting import with_one_law
@@ -135,7 +135,6 @@ def test_a_law_that_gains_less_than_it_costs_is_not_shown() -> None:
     assert missing_laws(case, calibrated, calibrated) is None
 
 
-SLOW_V = 4.0
 PLACES = np.linspace(0.05, 0.25, 21)
 # A linkage: over what is visited, 0.12 to 0.22 m, the mass grows by half, the force by 1.2 kN.
 AWAY = PLACES - 0.15
@@ -147,18 +146,6 @@ LIFTED = TableLaw("force", "position_m", tuple(PLACES.tolist()), tuple(LIFT.toli
 
 # Something of 60 N/mm that the rod touches at 170 mm.
 TOUCHED = TableLaw("force", "position_m", (0.0, 0.17, 0.3), (0.0, 0.0, 7800.0))
-
-
-def over_the_stroke(tables: Mapping[str, TableLaw], seed: int) -> Record:
-    """As `with_table`, but over most of the stroke and back."""
-    rng = np.random.default_rng(seed)
-    command = command_of(6.0, DT_S, rng)
-    command += SLOW_V * np.cos(np.pi * DT_S * np.arange(command.size))
-    rig = replace(RIG, tables=tables)
-    noise = draw_noise(rig, command.size, rng)
-    run = simulate(rig, command, dt_s=DT_S, values=OFF, substeps=SUBSTEPS, noise=noise).record
-    columns = {name: run.column(name) for name in ("command_v", *PRESSURES)}
-    return make_record({"time_s": run.time_s, **columns})
 
 
 def test_a_spring_beside_a_force_over_the_position_is_a_part_of_it() -> None:
