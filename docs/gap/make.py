@@ -1,9 +1,8 @@
 # SPDX-License-Identifier: MIT
-"""Makes the picture of a report, of that of the demo: script/demo, then python docs/gap/make.py.
+"""Makes the picture of a report: python docs/gap/make.py REPORT NAME.png.
 
-It needs the extra browser. With a folder as an argument, the demo was written there. With a report
-and the name of a picture as arguments, the picture is of that report: user_simulator.png is of the
-report of docs/tutorials/my_simulink_model.md.
+It needs the extra browser. user_simulator.png is of the report of
+docs/tutorials/my_simulink_model.md.
 """
 
 import sys
@@ -25,10 +24,7 @@ MARGIN = 8
 
 def main() -> None:
     """Opens the report and takes the picture."""
-    demo = Path(sys.argv[1]) if len(sys.argv) > 1 else ROOT / "build" / "demo"
-    report, name = demo / "diagnosis" / "report.html", "report.png"
-    if len(sys.argv) > 2:
-        report, name = Path(sys.argv[1]), sys.argv[2]
+    report, name = Path(sys.argv[1]), sys.argv[2]
     with sync_playwright() as playwright:
         browser = playwright.chromium.launch(
             executable_path=found_browser(), args=["--no-sandbox", "--disable-gpu"]
