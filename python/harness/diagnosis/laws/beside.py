@@ -20,17 +20,16 @@ from ...catalogue.parameters import effects
 from ...rigs.rig import table_subsystem
 from ..deciding import EFFECT, EVIDENCE
 from ..model.case import Case
-from ..model.fit import best_of, descent, fit
-from ..model.parameters import Law, effect_parameters
-from ..model.scale import effect_starts
+from ..model.fit import fit
+from ..model.parameters import Law
 from ..search.candidates import (
-    ITERATIONS_SCREEN,
-    STARTS_KEPT,
     FitStart,
     FittedCandidate,
     evaluate,
     law_count,
+    linearised_start,
     repeats_a_law,
+    screen,
 )
 from ..search.intervals import matters
 from ..search.preselection import preselected
@@ -75,10 +74,7 @@ def effect_beside(
     before = left(case, candidate)
     if before < EFFECT / EVIDENCE:  # not even an effect that leaves nothing is worth its cost
         return None
-    problem = case.problem(candidate.effects, laws=laws)
-    start = FitStart(candidate.x, problem.linear(candidate.x))
-    for name in case.outputs:
-        start.linear.gram(name)  # once, not in each of the tasks that start here
+    start = linearised_start(case, candidate.effects, candidate.x, laws)
     sets = [
         (*candidate.effects, effect)
         for effect in effect_ids
@@ -128,8 +124,8 @@ def constant_of(
     effect_set = (*without.effects, effect or "")
     if effect is None or effect not in effect_ids or repeats_a_law(effect_set):
         return None
-    linear = case.problem(without.effects, laws=without.laws).linear(without.x)
-    found = _fitted(case, effect_set, FitStart(without.x, linear), without.laws)
+    start = linearised_start(case, without.effects, without.x, without.laws)
+    found = _fitted(case, effect_set, start, without.laws)
     return found if matters(effect, found.values, case.rig) else None
 
 
@@ -137,16 +133,6 @@ def _fitted(
     case: Case, effect_set: tuple[str, ...], start: FitStart, laws: Sequence[Law]
 ) -> FittedCandidate:
     """The long fit of a set beside laws, from the best size of its last effect."""
+    short = screen(case, effect_set, [start], laws)
     problem = case.problem(effect_set, laws=laws)
-    sizes = [
-        np.array([x for _, x in effect_parameters(effect_set[-1], each, case.rig.plant)])
-        for each in effect_starts(effect_set[-1], case.rig)
-    ]
-    place = problem.low.size - sum(law.knots.size for law in laws) - sizes[0].size
-    shared = start.linear.leading(place)
-    descents = [
-        descent(problem, np.insert(start.x, np.full(size.size, place), size), shared)
-        for size in sizes
-    ]
-    short = best_of(descents, iterations=ITERATIONS_SCREEN, kept=STARTS_KEPT)
     return evaluate(case, effect_set, fit(problem, short.x, iterations=LONG), laws)

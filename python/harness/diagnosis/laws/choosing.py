@@ -136,6 +136,8 @@ def missing_laws(
         for share, (before, after) in zip(shares, itertools.pairwise(steps), strict=True)
         if len(after.laws) > len(before.laws)
     ]
+    if not candidate.effects:  # what an effect had removed that is needless now
+        by_law = [share / (sum(by_law) or 1.0) for share in by_law]
     here = visited(fine, candidate)
     mass_kg = sum(candidate.values.get(name, 0.0) for name in MASSES)
     tables = candidate.tables()
@@ -175,7 +177,7 @@ def missing_laws(
         for effect, gain in chain.beside
         if effect in candidate.effects
     ]
-    of_effects = 1.0 - sum(by_law) if candidate.effects else 0.0
+    of_effects = 1.0 - sum(by_law)
     return LawsFound(candidate, tuple(laws), tuple(forms), of_effects, tuple(hypotheses), held)
 
 

@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 from functools import cache, partial
 
 import numpy as np
+import numpy.typing as npt
 
 from ...base.numbers import FloatArray
 from ...base.parallel import run_threads, run_together
@@ -230,9 +231,11 @@ class FitStart:
     linear: Linear
 
 
-def linearised_start(case: Case, effects: tuple[str, ...], x: FloatArray) -> FitStart:
+def linearised_start(
+    case: Case, effects: tuple[str, ...], x: FloatArray, laws: Sequence[Law] = ()
+) -> FitStart:
     """Returns the values x of a candidate as a start, with the sensitivities there."""
-    linear = case.problem(effects).linear(x)
+    linear = case.problem(effects, laws=laws).linear(x)
     for name in case.outputs:
         linear.gram(name)  # once, not in each of the tasks that start here
     return FitStart(x, linear)
@@ -254,26 +257,44 @@ def calibrate_nuisances(case: Case, calibrated: FittedCandidate) -> FittedCandid
     return evaluate(fine, (), fit(exact, fitted.x, iterations=ITERATIONS_FINE))
 
 
-def screen(case: Case, effects: tuple[str, ...], fit_starts: Sequence[FitStart]) -> FittedCandidate:
+def places_and_sizes(
+    case: Case, problem: Problem, effect: str
+) -> tuple[npt.NDArray[np.int64], list[FloatArray]]:
+    """Places in x of the last effect of a problem, (n,), and the sizes at which fits start, (n,).
+
+    The parameters of laws stand behind those of the effects.
+    """
+    sizes = [
+        np.array([x for _, x in effect_parameters(effect, start, case.rig.plant)])
+        for start in effect_starts(effect, case.rig)
+    ]
+    end = problem.low.size - sum(law.knots.size for law in problem.laws)
+    return np.arange(end - sizes[0].size, end), sizes
+
+
+def screen(
+    case: Case,
+    effects: tuple[str, ...],
+    fit_starts: Sequence[FitStart],
+    laws: Sequence[Law] = (),
+) -> FittedCandidate:
     """Makes short fits from each active size of the last effect and each start; returns the best.
 
-    fit_starts: values of the calibration and of all effects but the last. A calibration without the
-    effect may have moved by many deviations to hide it, so that the values in the rig file are a
-    start of their own.
+    fit_starts: values of the calibration, of all effects but the last, and of the laws. A
+    calibration without the effect may have moved by many deviations to hide it, so that the values
+    in the rig file are a start of their own.
     """
-    problem = case.problem(effects)
-    sizes = [
-        [x for _, x in effect_parameters(effects[-1], start, case.rig.plant)]
-        for start in effect_starts(effects[-1], case.rig)
-    ]
+    problem = case.problem(effects, laws=laws)
+    places, sizes = places_and_sizes(case, problem, effects[-1])
+    # A fit takes the sensitivities of the parameters in front of the effect.
+    shared = [each.linear.leading(places[0]) if laws else each.linear for each in fit_starts]
     descents = [
-        descent(problem, np.concatenate([fit_start.x, size]), fit_start.linear)
+        descent(problem, np.insert(start.x, places[0], size), linear)
         for size in sizes
-        for fit_start in fit_starts
+        for start, linear in zip(fit_starts, shared, strict=True)
     ]
-    return evaluate(
-        case, effects, best_of(descents, iterations=ITERATIONS_SCREEN, kept=STARTS_KEPT)
-    )
+    short = best_of(descents, iterations=ITERATIONS_SCREEN, kept=STARTS_KEPT)
+    return evaluate(case, effects, short, laws)
 
 
 def grown_from(case: Case, simpler: FittedCandidate, effects: tuple[str, ...]) -> FittedCandidate:

@@ -20,11 +20,10 @@ import numpy.typing as npt
 from ...base.numbers import FloatArray
 from ...base.parallel import Progress, run_together
 from ..model.case import Case
-from ..model.parameters import Law, effect_parameters
+from ..model.parameters import Law
 from ..model.problem import Problem
-from ..model.scale import effect_starts
 from ..options import Effort
-from .candidates import FitStart
+from .candidates import FitStart, places_and_sizes
 
 # A size at which a fit starts is within a factor of two or three of any that matters.
 MOST_SHARE = 3.0
@@ -59,16 +58,9 @@ def _promised(
 ) -> float:
     """Least cost of a set with its last effect as one linear term, nats."""
     problem = case.problem(effects, laws=laws)
-    sizes = [
-        np.array([x for _, x in effect_parameters(effects[-1], start, case.rig.plant)])
-        for start in effect_starts(effects[-1], case.rig)
-    ]
-    # The parameters of the laws stand behind those of the effects.
-    before = problem.low.size - sum(law.knots.size for law in laws) - sizes[0].size
-    place = np.full(sizes[0].size, before)
-    own = before + np.arange(sizes[0].size)
+    own, sizes = places_and_sizes(case, problem, effects[-1])
     return min(
-        _least(problem, start, problem.coefficients(np.insert(start.x, place, size)), own)
+        _least(problem, start, problem.coefficients(np.insert(start.x, own[0], size)), own)
         for start in starts
         for size in sizes
     )
