@@ -370,7 +370,8 @@ Returns
 -------
 ServoReading
     An estimate that is no servo is not an error: see its status and description. trusted is True where it is one, and
-    the estimator has converged; else reason says why not.
+    the estimator has converged; else reason says why not. With noise on the position sensor the residuals of least
+    squares are not white, and reason is model_does_not_fit: take a ServoEstimator there.
 
 Raises
 ------

@@ -234,7 +234,8 @@ class OnlineEstimator {
 
 #ifndef EHSID_WITHOUT_EIGEN
   /// K, omega_n and xi of the servo that theta_hat() is, with deviations from covariance(): identify_servo() of the two,
-  /// without the constant term where there is one. With what the residuals say, where the parts for it are there.
+  /// without the constant term where there is one. With what the residuals say, where the parts for it are there: with
+  /// noise on the position sensor those of least squares are not white, and a ServoEstimator is what to take.
   ///
   /// dt_s: sampling period, s, > 0. For na = nb = 3, or na = 2 beside a known integrator, and nk >= 1; other orders are an
   /// error of the compiler, or where they are chosen at run time invalid_argument in the status. It takes about 1 kB of

@@ -535,3 +535,26 @@ def test_servo_of_other_orders_is_refused(
 ) -> None:
     with pytest.raises(ValueError, match=words):
         ehsid.ArxEstimator(*orders, integrator=integrator).servo(DT)
+
+
+@pytest.mark.parametrize("seed", [7000, 7001, 7002])
+@pytest.mark.parametrize("dead_band_v", [0.0, 0.3])
+@pytest.mark.parametrize("settings", [{}, {"integrator": True}])
+def test_least_squares_are_not_trusted_on_a_servo_with_a_noisy_position_sensor(
+    settings: dict[str, Any], dead_band_v: float, seed: int
+) -> None:
+    rng = np.random.default_rng(seed)
+    servo = ehsid.ContinuousServo(gain=rng.uniform(0.02, 0.05), omega_n=25.0, xi=0.3)
+    theta = ehsid.discretise(servo, 0.005)
+    u = np.repeat(rng.uniform(-2.0, 2.0, 250), 16)
+    acts = np.sign(u) * np.maximum(np.abs(u) - dead_band_v, 0.0)
+    y = np.zeros(u.size)
+    for k in range(3, u.size):
+        y[k] = -theta[:3] @ y[k - 3 : k][::-1] + theta[3:] @ acts[k - 3 : k][::-1]
+    na = 2 if settings else 3
+    estimator = ehsid.ArxEstimator(na, 3, 1, offset=True, **settings)
+    estimator.run(u, y + rng.normal(scale=2e-5, size=u.size))
+    told = estimator.servo(0.005)
+    # omega_n is read with a large error; the reason has to say so.
+    assert not abs(told.omega_n / servo.omega_n - 1.0) < 0.1
+    assert told.reason == ehsid.TrustReason.model_does_not_fit
