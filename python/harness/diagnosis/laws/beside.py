@@ -52,6 +52,7 @@ def effect_beside(
     case: Case,
     candidate: FittedCandidate,
     effect_ids: Sequence[str],
+    least: float = 0.0,
     progress: Progress | None = None,
 ) -> FittedCandidate | None:
     """Fits a candidate with the effect that gains most beside its laws; None: none is worth it.
@@ -67,6 +68,8 @@ def effect_beside(
         with laws.
     effect_ids
         the effects that may be named.
+    least
+        of what is left, see `score.left`, an effect has to take this at least.
     progress
         called with the share of the work that is done.
     """
@@ -97,7 +100,8 @@ def effect_beside(
     # What is left and the prior cost of the effect, on one scale.
     costs = [left(case, each) + EFFECT / EVIDENCE * law_count(each.effects[-1:]) for each in fitted]
     best = int(np.argmin(costs))
-    return fitted[best] if costs[best] < before else None
+    enough = costs[best] < before and before - left(case, fitted[best]) >= least
+    return fitted[best] if enough else None
 
 
 def without_law(case: Case, candidate: FittedCandidate, law: Law) -> FittedCandidate:

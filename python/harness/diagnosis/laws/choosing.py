@@ -228,10 +228,10 @@ class _Chain:
 
     def with_effect(self, progress: Progress | None) -> _Chain:
         """With an effect more, or the same where none is worth its cost."""
-        found = effect_beside(self.case, self.last, self.effect_ids, progress)
         lefts = [left(self.case, each) for each in self.steps]
         least = LEAST_OF_FIRST * (lefts[0] - lefts[-1])
-        if found is None or lefts[-1] - left(self.case, found) < least:
+        found = effect_beside(self.case, self.last, self.effect_ids, least, progress)
+        if found is None:
             return self
         gain = self.penalised - _penalised(self.case, found)
         beside = (*self.beside, (found.effects[-1], EVIDENCE * gain))

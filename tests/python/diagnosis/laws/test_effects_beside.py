@@ -69,6 +69,16 @@ def test_a_delay_shows_beside_the_mass(late: Case, with_mass: FittedCandidate) -
     assert left(late, found) < left(late, with_mass)
 
 
+def test_an_effect_that_takes_too_little_is_not_named(
+    late: Case, with_mass: FittedCandidate
+) -> None:
+    found = effect_beside(late, with_mass, TRIED)
+    assert found is not None
+    takes = left(late, with_mass) - left(late, found)
+    assert effect_beside(late, with_mass, TRIED, 0.99 * takes) is not None
+    assert effect_beside(late, with_mass, TRIED, 1.01 * takes) is None
+
+
 def test_an_effect_that_may_not_be_named_is_not_tried(
     late: Case, with_mass: FittedCandidate
 ) -> None:
