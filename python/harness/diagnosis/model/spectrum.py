@@ -41,7 +41,7 @@ from functools import cache, cached_property
 
 import numpy as np
 import numpy.typing as npt
-from scipy.fft import dct, idct
+from scipy.fft import dct, idct, next_fast_len
 
 from ...base.numbers import FloatArray
 from .comparison import Compared
@@ -191,9 +191,14 @@ class Spectrum:
             block = rows[: part.windows * part.length].reshape(part.windows, part.length, *shape)
             if differences:
                 block = np.diff(block, axis=1)
+            target = result[part.first : part.first + part.rows].reshape(
+                part.kept, part.windows, *shape
+            )
+            if next_fast_len(block.shape[1]) > block.shape[1]:
+                _by_products(np.moveaxis(block, 1, 0), target)
+                continue
             kept = dct(block, type=2, norm="ortho", axis=1)[:, : part.kept]
-            target = result[part.first : part.first + part.rows]
-            target.reshape(part.kept, part.windows, *shape)[...] = np.swapaxes(kept, 0, 1)
+            target[...] = np.swapaxes(kept, 0, 1)
         return result
 
     def powers(self, coefficients: FloatArray) -> FloatArray:
@@ -240,6 +245,31 @@ class Spectrum:
             for s in slices:
                 rows[s] = by_band[number]
         return rows
+
+
+def _by_products(block: FloatArray, target: FloatArray) -> None:
+    """Writes the first K coefficients of a block (N, ...) to a target (K, ...).
+
+    For lengths with a large prime factor, such as 499 differences: a fast transform goes by way of
+    a longer one and takes four times as long. Rows of even number are symmetric, those of odd
+    number antisymmetric, so that half of each is enough.
+    """
+    even, odd = _half_rows(block.shape[0], target.shape[0])
+    columns = block.reshape(block.shape[0], -1)
+    first, last = columns[: even.shape[1]], columns[::-1][: even.shape[1]]
+    rows = target.reshape(target.shape[0], -1)
+    rows[0::2] = even @ (first + last)
+    rows[1::2] = odd @ (first - last)
+
+
+@cache
+def _half_rows(length: int, kept: int) -> tuple[FloatArray, FloatArray]:
+    """First halves of the transform's rows of even and of odd number, (K / 2, (length + 1) / 2)."""
+    half = (length + 1) // 2
+    rows = idct(np.eye(length)[:kept], type=2, norm="ortho", axis=1)[:, :half]
+    if length % 2:
+        rows[:, -1] *= 0.5  # the middle is its own counterpart
+    return np.ascontiguousarray(rows[0::2]), np.ascontiguousarray(rows[1::2])
 
 
 @cache

@@ -55,7 +55,7 @@ from .search import candidate_effects
 # Power and false alarm, as deviations of a normal distribution.
 OF_POWER, OF_ALARM = float(norm.isf(0.1)), float(norm.isf(0.01))
 # Steps of the fit at most; the share of the cost that is little for one, and that by which it may
-# differ from the promise; and how near to the answer a size is worth a fit, ln.
+# be above the promise; and how near to the answer a size is worth a fit, ln.
 FIT_STEPS, LITTLE, AS_PROMISED, WORTH_A_FIT = 8, 0.05, 0.15, 0.7
 # So many steps that gain little end a fit.
 ENOUGH = 2
@@ -172,7 +172,8 @@ def smallest(ground: Ground, effect: str) -> CouldBeSeen:
             lambda by: _excess(ground, effect, scaled(effect, start, factor + by), powers, by)
         )
 
-    below, above, factor, fitted, fits = -math.inf, math.inf, least, None, 0.0
+    below, above = (-math.inf, math.inf), (math.inf, -math.inf)  # factors with what they need
+    factor, fitted, fits, last = least, None, 0.0, 0.0
     for _ in range(MOST_RUNS):
         problem, linear = shown(ground, effect, scaled(effect, start, factor))
         if linear is None:  # the simulation diverges: it is not like the machine
@@ -186,23 +187,26 @@ def smallest(ground: Ground, effect: str) -> CouldBeSeen:
                 powers, x = _refit(problem, linear, ground.x, at, promised)
                 by = needed(factor, powers)
                 if fitted is None:
-                    above = math.inf  # what the sensitivities alone have said does not count now
+                    above = math.inf, -math.inf  # what the sensitivities alone said is void now
                 fitted, fits = x - ground.x, factor
+        # An end that stays twice counts half, or a bent line would hold it (Illinois method).
         if by > 0.0:
-            below = factor
+            above, below = (above[0], above[1] * (0.5 if last > 0.0 else 1.0)), (factor, by)
         else:
-            above = factor
-        if above <= least or below >= most or abs(by) < NEAR or above - below < NEAR:
+            below, above = (below[0], below[1] * (0.5 if last < 0.0 else 1.0)), (factor, by)
+        last = by
+        width = above[0] - below[0]
+        if above[0] <= least or below[0] >= most or abs(by) < NEAR or width < NEAR:
             break
         factor = min(max(factor + by, least), most)
-        if math.isfinite(above - below):
-            inner = INNER * (above - below)
-            factor = min(max(factor, below + inner), above - inner)
+        if math.isfinite(width):
+            share = below[1] / (below[1] - above[1])
+            factor = below[0] + min(max(share, INNER), 1.0 - INNER) * width
     name, *_ = (p.name for p in catalogue()[effect].parameters if p.power != 0.0)
-    if below >= most:
+    if below[0] >= most:
         return CouldBeSeen(effect, name, math.nan, "none", start)
-    near = factor + by if abs(by) < NEAR else above
-    found = least if above <= least else min(max(near, least), most)
+    near = factor + by if abs(by) < NEAR else above[0]
+    found = least if above[0] <= least else min(max(near, least), most)
     sizes = scaled(effect, start, found)
     return CouldBeSeen(
         effect, name, sizes[name], "least_size" if found <= least else "record", sizes
@@ -282,7 +286,7 @@ def _refit(
     for step in itertools.islice(descent(problem, start, first), FIT_STEPS):
         above = step.cost - nothing
         little = little + 1 if before - step.cost < LITTLE * above else 0
-        if little == ENOUGH and abs(step.cost - promised) < AS_PROMISED * above:
+        if little == ENOUGH and step.cost - promised < AS_PROMISED * above:
             break
         before = step.cost
     coefficients = problem.coefficients(step.x)
