@@ -122,11 +122,12 @@ def decide(
                 else "No single value differs from the rig file by more than its uncertainty."
             )
     elif agrees:
-        sentence = "The simulator agrees with the machine"
+        is_near = reduction.nominal <= NEAR_FLOOR * reduction.noise_floor[1]
+        sentence = f"The simulator {'agrees' if is_near else 'nearly agrees'} with the machine"
         sentence += ", except for the sensor." if step is not None else "."
-        if reduction.nominal > NEAR_FLOOR * reduction.noise_floor[1]:
+        if not is_near:
             sentence += (
-                f" A gap of {percent(reduction.nominal)} is small; fitted values leave "
+                f" Its gap of {percent(reduction.nominal)} is small, and fitted values leave "
                 f"{percent(reduction.calibrated)}."
             )
     else:

@@ -201,7 +201,13 @@ def test_values_of_the_rig_file_that_fit_as_well_are_no_parameter_gap() -> None:
         # The configured simulator is near the floor, or its gap is small.
         (0.013, 0.006, 0.005, "no_gap", "The simulator agrees with the machine."),
         (0.13, 0.06, 0.05, "no_gap", "The simulator agrees with the machine."),
-        (0.04, 0.001, 0.001, "no_gap", "A gap of 4.0 % is small; fitted values leave 0.10 %."),
+        (
+            0.04,
+            0.001,
+            0.001,
+            "no_gap",
+            "Its gap of 4.0 % is small, and fitted values leave 0.10 %.",
+        ),
         # Nothing makes the gap smaller; what stays is said.
         (0.055, 0.060, 0.006, "no_gap", "make the gap of 5.5 % clearly smaller. A gap of 5.5 % s"),
         (0.40, 0.32, 0.05, "no_gap", "make the gap of 40 % clearly smaller. A gap of 32 % stays"),
