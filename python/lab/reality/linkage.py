@@ -29,8 +29,6 @@ EXTENDED_RAD = (math.radians(85.0), math.radians(145.0))
 # The weight of a boom takes less than this share of the largest force anywhere in the stroke: the
 # rest moves it.
 LARGEST_WEIGHT = 0.35
-# A rig file takes no larger load force.
-LARGEST_TOLD_N = 2e4
 # Effects of the catalogue that a part of it is.
 LOADS = ("load_force", "load_spring")
 # Of the stroke, to each side: how far the place goes about which the rod moves, and the movement
@@ -157,7 +155,7 @@ def with_told_load(rng: np.random.Generator, rig: NominalRig, sizes: Sizes) -> N
     """The rig, whose file states the boom's weight at mid-stroke as a load force in half of all."""
     told = Truth(rig.values["load.mass_kg"], 0.0, rig.stroke_m)
     weight = weight_at(0.5 * rig.stroke_m, put_linkage(told, sizes, 0.0))
-    if rng.random() < 0.5 or abs(weight) > LARGEST_TOLD_N:
+    if rng.random() < 0.5:
         return rig
     return replace(rig, values={**rig.values, **four_digits({LOAD: weight})})
 

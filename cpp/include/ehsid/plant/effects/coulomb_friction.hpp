@@ -18,7 +18,7 @@ struct CoulombFriction : Effect<Scalar> {
                                     "both pressures; on an axis the position",
                                     "seals have friction of up to 0.3 % of the largest force"};
   static constexpr std::array<ParameterInfo, 1> kParameters{
-      {{"force_n", "N", 0.0, 2e4, 400.0, "friction force"}}};
+      {{"force_n", "N", 0.0, 1e6, 400.0, "friction force"}}};
   std::array<Scalar, 1> parameters{};
 
   static constexpr std::array kNeeds{Need::motion_reversals};

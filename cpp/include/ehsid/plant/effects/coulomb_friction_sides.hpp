@@ -23,8 +23,8 @@ struct CoulombFrictionSides : Effect<Scalar> {
       "seals have friction of up to 0.3 % of the largest force, and a difference of the directions "
       "of up to a tenth of their mean is normal scatter"};
   static constexpr std::array<ParameterInfo, 2> kParameters{
-      {{"force_extending_n", "N", 0.0, 2e4, 600.0, "friction force while the rod extends"},
-       {"force_retracting_n", "N", 0.0, 2e4, 300.0, "friction force while it retracts"}}};
+      {{"force_extending_n", "N", 0.0, 1e6, 600.0, "friction force while the rod extends"},
+       {"force_retracting_n", "N", 0.0, 1e6, 300.0, "friction force while it retracts"}}};
   std::array<Scalar, 2> parameters{};
 
   static constexpr std::array kNeeds{Need::motion_reversals};

@@ -21,7 +21,7 @@ struct LoadForce : Effect<Scalar> {
       "zero errors of pressure sensors and the atmosphere on the rod look like forces of "
       "a per cent; an axis has neither, so its limit is 0.3 %"};
   static constexpr std::array<ParameterInfo, 1> kParameters{
-      {{"force_n", "N", -2e4, 2e4, 800.0, "positive opposes extension"}}};
+      {{"force_n", "N", -5e6, 5e6, 800.0, "positive opposes extension"}}};
   std::array<Scalar, 1> parameters{};
 
   static constexpr LogPlace kLogPlace = LogPlace::command_of_axis;

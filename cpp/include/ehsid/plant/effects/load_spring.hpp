@@ -21,9 +21,9 @@ struct LoadSpring : Effect<Scalar> {
       "zero errors of pressure sensors and the atmosphere on the rod look like forces of "
       "a per cent"};
   static constexpr std::array<ParameterInfo, 2> kParameters{
-      {{"stiffness_n_m", "N/m", -1e6, 1e6, 2e4,
+      {{"stiffness_n_m", "N/m", -1e8, 1e8, 2e4,
         "positive opposes displacement, negative adds to it"},
-       {"force_at_mid_stroke_n", "N", -2e4, 2e4, 0.0, "positive opposes extension"}}};
+       {"force_at_mid_stroke_n", "N", -5e6, 5e6, 0.0, "positive opposes extension"}}};
   std::array<Scalar, 2> parameters{};
 
   static constexpr std::array kNeeds{Need::wide_travel};

@@ -22,9 +22,9 @@ struct PositionFriction : Effect<Scalar> {
       "seals have friction of up to 0.3 % of the largest force, and a change of up to a tenth from "
       "mid-stroke to either end is normal scatter"};
   static constexpr std::array<ParameterInfo, 2> kParameters{
-      {{"force_n", "N", 0.0, 2e4, 400.0, "friction force at mid-stroke; of an axis at zero", 1.0,
+      {{"force_n", "N", 0.0, 1e6, 400.0, "friction force at mid-stroke; of an axis at zero", 1.0,
         "force at mid-stroke"},
-       {"rise_n_m", "N/m", -2e5, 2e5, 1500.0, "rise of the force with the position"}}};
+       {"rise_n_m", "N/m", -1e7, 1e7, 1500.0, "rise of the force with the position"}}};
   std::array<Scalar, 2> parameters{};
 
   static constexpr std::array kNeeds{Need::motion_reversals, Need::wide_travel};

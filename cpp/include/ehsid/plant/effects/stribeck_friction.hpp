@@ -23,8 +23,8 @@ struct StribeckFriction : Effect<Scalar> {
       "seals have friction of up to 0.3 % of the largest force; static friction of up to a tenth "
       "above sliding friction is normal scatter, and of more than three times it does not occur"};
   static constexpr std::array<ParameterInfo, 3> kParameters{
-      {{"coulomb_n", "N", 0.0, 2e4, 300.0, "at high speed", 1.0, "force at high speed"},
-       {"static_n", "N", 0.0, 3e4, 600.0, "at rest", 1.0, "force at rest"},
+      {{"coulomb_n", "N", 0.0, 1e6, 300.0, "at high speed", 1.0, "force at high speed"},
+       {"static_n", "N", 0.0, 1.5e6, 600.0, "at rest", 1.0, "force at rest"},
        {"stribeck_velocity_m_s", "m/s", 1e-4, 0.5, 0.02, "where most of the rise is gone", 0.0}}};
   std::array<Scalar, 3> parameters{};
 
