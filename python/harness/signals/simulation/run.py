@@ -354,5 +354,6 @@ def check_inside(position: FloatArray, stroke: float, dt_s: float) -> None:
     if outside.size:
         raise SimulationError(
             f"the rod reaches an end of its stroke (0 to {stroke:g} m) after "
-            f"{outside[0] * dt_s:.3g} s: take a smaller or shorter excitation, or another start"
+            f"{outside[0] * dt_s:.3g} s: take a smaller amplitude, a shorter duration, another "
+            "start, or a closed loop, which holds it"
         )
