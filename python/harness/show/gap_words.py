@@ -53,10 +53,20 @@ SHOWN_UNITS = MappingProxyType(
         "Pa": (1e-5, "bar"),
         "m^3": (1e3, "l"),
         "m^3/s": (6e4, "l/min"),
-        "m^3/(s Pa)": (1.0, "m³/(s Pa)"),
-        "Pa s/m^3": (1.0, "Pa s/m³"),
-        "m^3/Pa": (1.0, "m³/Pa"),
+        "m^3/(s Pa)": (6e9, "l/min per bar"),
+        "m^3/(s Pa) of a leak": (6e11, "l/min at 100 bar"),
+        "Pa s/m^3": (1e-5 / 6e3, "bar at 10 l/min"),
+        "m^3/Pa": (1e8, "l/bar"),
+        "1/s of a gain": (100.0, "% in a second"),
         "1": (1.0, ""),
+    }
+)
+OF_WHAT = MappingProxyType(
+    {
+        "internal_leakage": " of a leak",
+        "external_leakage": " of a leak",
+        "leakage_m3_s_pa": " of a leak",
+        "flow_gain_drift": " of a gain",
     }
 )
 # Digits and sign of a power of ten.
@@ -131,12 +141,14 @@ def _suffix(unit: str) -> str:
 def unit_of(name: str) -> str:
     """Returns the SI unit of a value given by its full name; "1" where the value is not known.
 
-    That of a share is "1 of" with the words for the whole.
+    That of a share is "1 of" with the words for the whole. A unit says of what it is where people
+    ask for it in another way: a leak at a pressure, a drift in per cent.
     """
     info = plant_parameters().get(name)
     if info is None:
         return "1"
-    return f"1 of {info.share_of}" if info.share_of else info.unit
+    of = f" of {info.share_of}" if info.share_of else OF_WHAT.get(info.name.split(".")[1], "")
+    return f"{info.unit}{of}"
 
 
 def in_shown_unit(value: float, unit: str) -> tuple[float, str]:

@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from types import MappingProxyType
 
 from ..catalogue.parameters import effects, plant_parameters
 from ..catalogue.spellings import ParameterKey
@@ -13,16 +12,6 @@ from .gap_words import named_effect, plain_name, quantity, unit_of, value_name
 from .page import Block, Folded, Table
 from .units import percent
 
-# Units in which people ask for a size, by the SI unit: what it is called, and the factor.
-# A leak at 100 bar, a valve that opens with the pressure, a source with 10 l/min.
-ASKED_IN = MappingProxyType(
-    {
-        "coefficient": ("l/min at 100 bar", 6e11),
-        "flow_gain": ("l/min per bar", 6e9),
-        "source_resistance": ("bar at 10 l/min", 1e-5 / 6e3),
-        "rate": ("% in a second", 100.0),
-    }
-)
 # Effects that are asked for first, and how many of them a sentence has.
 ASKED_FIRST = ("internal_leakage", "coulomb_friction", "valve_dead_band", "transport_delay")
 IN_SENTENCE = 3
@@ -30,10 +19,7 @@ DIGITS = 2
 
 
 def seen_size(name: str, size: float) -> str:
-    """Returns a size, SI, of a parameter given by its full name, in the unit that is asked for."""
-    for start, (unit, factor) in ASKED_IN.items():
-        if ParameterKey(name).parameter.startswith(start):
-            return quantity(_rounded(factor * size), unit, DIGITS)
+    """Returns a size, SI, of a parameter given by its full name, in the unit that is shown."""
     exact = plant_parameters()[name].neutral  # a gain of 1.02 is one that is wrong by 2 %
     return quantity(exact + _rounded(size - exact), unit_of(name), DIGITS)
 

@@ -15,7 +15,6 @@ from matplotlib.figure import Figure
 
 from ..base.encoding import json_text
 from ..base.files import write_text
-from ..catalogue.spellings import ParameterKey
 from ..diagnosis.schema import Estimate
 from ..watch.tracking import GAP, SERVO
 from ..watch.watching import Watch, WatchedChange, WatchedMachine, WatchedQuantity
@@ -23,7 +22,6 @@ from . import rendering
 from .gap_words import first_upper, in_shown_unit, interval, quantity, unit_of, value_name
 from .page import Block, Cell, Heading, Items, Page, Picture, Section, Table, Tagged
 from .plotting import BLUE, GREY, VERMILION, styled
-from .seen_words import ASKED_IN
 
 FILES = ("watch.html", "watch.json")
 # Head of the table of `change_rows`.
@@ -44,10 +42,6 @@ def shown_as(one: WatchedQuantity) -> tuple[float, str]:
         return 100.0, "%"
     if one.name in SERVO.values():
         return 1.0, "" if one.unit == "1" else one.unit
-    key = ParameterKey(one.name)
-    for start, (unit, factor) in ASKED_IN.items():
-        if key.effect is not None and key.parameter.startswith(start):
-            return factor, unit
     return in_shown_unit(max(map(abs, one.values)), unit_of(one.name))
 
 

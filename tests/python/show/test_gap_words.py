@@ -36,7 +36,7 @@ def plain(text: str) -> str:
         (1.1e9, "Pa", "1100 MPa"),
         (0.0031, "s", "3.1 ms"),
         (0.85, "1", "0.85"),
-        (3.21e-12, "m^3/(s Pa)", "3.210·10⁻¹² m³/(s Pa)"),
+        (3.21e-17, "m^3", "3.210·10⁻¹⁴ l"),
         (0.0, "N", "0 N"),
     ],
 )
@@ -45,12 +45,32 @@ def test_values_are_shown_in_units_of_the_trade(value: float, unit: str, shown: 
 
 
 @pytest.mark.parametrize(
+    ("name", "value", "shown"),
+    [
+        # 1 l/min are 1e-3 / 60 m^3/s, 1 bar is 1e5 Pa.
+        ("effects.internal_leakage.coefficient_m3_s_pa", 1e-3 / 60.0 / 1e7, "1 l/min at 100 bar"),
+        ("effects.external_leakage.coefficient_b_m3_s_pa", 2e-10 / 60.0, "2 l/min at 100 bar"),
+        ("linear.leakage_m3_s_pa", 1e-10 / 60.0, "1 l/min at 100 bar"),
+        ("linear.flow_pressure_m3_s_pa", 1e-8 / 60.0, "1 l/min per bar"),
+        ("effects.relief_valve.flow_gain_m3_s_pa", 3e-8 / 60.0, "3 l/min per bar"),
+        ("effects.supply_droop.source_resistance_pa_s_m3", 5e5 * 6e3, "5 bar at 10 l/min"),
+        ("effects.supply_droop.accumulator_capacitance_m3_pa", 2e-8, "2 l/bar"),
+        ("effects.flow_gain_drift.rate_1_s", 0.003, "0.3 % in a second"),
+        ("nuisance.spool_slew_1_s", 40.0, "40 1/s"),
+        ("effects.valve_dead_band.overlap", 0.03, "3 % of rated command"),
+    ],
+)
+def test_sizes_are_shown_as_people_ask_for_them(name: str, value: float, shown: str) -> None:
+    assert plain(quantity(value, unit_of(name))) == shown
+
+
+@pytest.mark.parametrize(
     ("estimate", "unit", "value", "ends"),
     [
         (Estimate(412.0, 396.0, 431.0), "N", "412 N", "396 to 431"),
         (Estimate(0.96e9, 0.91e9, 1.01e9), "Pa", "960 MPa", "910 to 1010"),
         (Estimate(0.0123, 0.012, 0.0126), "m", "12.30 mm", "12.00 to 12.60"),
-        (Estimate(1e-12, math.nan, math.nan), "m^3/(s Pa)", "1.000·10⁻¹² m³/(s Pa)", "– to –"),
+        (Estimate(1e-12, math.nan, math.nan), "m^3/(s Pa)", "0.006000 l/min per bar", "– to –"),
     ],
 )
 def test_intervals_have_the_digits_they_need(
