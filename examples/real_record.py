@@ -11,7 +11,7 @@ from ehsid.harness.models.identification import IdentificationResult, IoData, id
 from ehsid.harness.models.identification.dynamics import dynamics
 from ehsid.harness.records import read_record
 from ehsid.harness.show.page import Code, Picture, Section, Table
-from ehsid.harness.show.plotting import BLUE, INK, stacked, styled
+from ehsid.harness.show.plotting import FITTED, MEASURED, stacked, styled
 
 DATA = Path(__file__).parent / "data"
 PRESS = ("mts_press.csv.gz", "target_mm", "position_mm")
@@ -36,9 +36,15 @@ def press_figure(result: IdentificationResult) -> Figure:
     figure, (upper, lower) = stacked(3.8, [2.0, 1.0], xlabel="time in s")
     time = result.simulated.index * (result.dt_s or 1.0)
     measured, simulated = result.simulated.measured, result.simulated.predicted
-    upper.plot(time, measured, color=INK, linewidth=4.0, alpha=0.3, label="measured")
-    upper.plot(time, simulated, color=BLUE, linewidth=1.2, label="model, from the command alone")
-    lower.plot(time, simulated - measured, color=BLUE, linewidth=1.0)
+    upper.plot(time, measured, color=MEASURED, linewidth=4.0, alpha=0.3, label="measured")
+    upper.plot(
+        time,
+        simulated,
+        color=FITTED,
+        linewidth=1.2,
+        label="model, from the command alone",
+    )
+    lower.plot(time, simulated - measured, color=FITTED, linewidth=1.0)
     upper.set_ylabel("position in mm")
     lower.set_ylabel("error in mm")
     upper.legend(loc="upper right", ncols=2)

@@ -21,7 +21,7 @@ from ehsid.harness.rigs import Rig, read_rig
 from ehsid.harness.show.gap_page import write_diagnosis
 from ehsid.harness.show.gap_words import interval, quantity, unit_of, value_name
 from ehsid.harness.show.page import Link, Section, Table, Tagged
-from ehsid.harness.show.plotting import GREEN, INK, VERMILION, stacked, styled
+from ehsid.harness.show.plotting import CONFIGURED, FOUND, MEASURED, stacked, styled
 
 FOLDER = Path(__file__).parent / "data" / "withheld"
 RIG = FOLDER / "rig.toml"
@@ -29,7 +29,7 @@ REPORT = "diagnosis"
 # Of 20 s: as much as the answer needs, in half of the time.
 DIAGNOSED_S = 8.0
 BEFORE, AFTER = "simulated before", "simulated after"
-COLOURS = {BEFORE: VERMILION, AFTER: GREEN}
+COLOURS = {BEFORE: CONFIGURED, AFTER: FOUND}
 
 
 @dataclass(frozen=True, eq=False)
@@ -83,7 +83,14 @@ def position_figure(found: Found) -> Figure:
     measured = found.record.column("position_m")
     time = found.record.time_s
     assert time is not None
-    upper.plot(time, 1e3 * measured, color=INK, linewidth=4.0, alpha=0.3, label="measured")
+    upper.plot(
+        time,
+        1e3 * measured,
+        color=MEASURED,
+        linewidth=4.0,
+        alpha=0.3,
+        label="measured",
+    )
     for name, position in found.simulated_m.items():
         upper.plot(time, 1e3 * position, color=COLOURS[name], linewidth=1.2, label=name)
         lower.plot(time, 1e3 * (position - measured), color=COLOURS[name], linewidth=1.2)

@@ -13,11 +13,13 @@ from bokeh.plotting import figure
 
 from ehsid.harness.base.error_words import printable
 from ehsid.harness.base.numbers import FloatArray
+from ehsid.harness.show.plotting import DASHES, ROLES
 
 from .downsampling import Pyramid
 from .look import COLOURS, dress
 
 COLUMNS = 1200  # pixel columns that are filled
+WIDE = {"measured": {"line_width": 3.5, "line_alpha": 0.4}}  # what is simulated is drawn over it
 
 
 @dataclass
@@ -43,6 +45,8 @@ class Line:
     """To the unit that is shown."""
     band: tuple[Pyramid | Latest, Pyramid | Latest] | None = None
     """Lower and upper end of a band around it, of as many samples; None draws none."""
+    role: str = ""
+    """Key of `ROLES`, for its colour and its dashes; "" takes those of its place in the panel."""
 
 
 @dataclass(frozen=True)
@@ -105,12 +109,13 @@ def stacked(panels: Sequence[Panel], time_s: FloatArray | None, theme: str, axis
         entries = []
         for i, line in enumerate(panel.lines):
             source = ColumnDataSource({"x": [], "y": []})
-            colour = colours[i % len(colours)]
+            colour = ROLES[theme].get(line.role, colours[i % len(colours)])
             if line.band is not None:
                 ends = ColumnDataSource({"x": [], "low": [], "high": []})
                 plot.varea("x", "low", "high", source=ends, fill_color=colour, fill_alpha=0.15)
                 updates.append(_band_update(ends, line.band, line.factor, time_s))
-            drawn = plot.line("x", "y", source=source, color=colour)
+            drawn = plot.line("x", "y", source=source, color=colour, **WIDE.get(line.role, {}))
+            drawn.glyph.line_dash = DASHES.get(line.role, "solid")
             entries.append(LegendItem(label=printable(line.name), renderers=[drawn]))
             updates.append(_update(source, line, time_s))
         names = {line.name for line in panel.lines}

@@ -24,6 +24,7 @@ from ..rigs import rig_text
 from .gap_plots import gap_bars, next_plots, run_blocks, value_table
 from .gap_words import SIMULATIONS, named_effect, told_reasons, told_remarks
 from .page import Bars, Block, Code, Folded, Heading, Items, Note, Page, Section, Table, Tagged
+from .record_figure import gap_picture
 from .rendering import render_page
 from .seen_words import seen_blocks
 from .units import percent, percent_interval
@@ -72,6 +73,7 @@ def render_diagnosis(diagnosis: Diagnosis, records: Sequence[RecordLine], rig_fi
     # Without added effects there is no third simulation to show.
     added = bool(diagnosis.effects or diagnosis.missing_laws)
     kinds = tuple(SIMULATIONS)[: 3 if added else 2]
+    labels = {kind: SIMULATIONS[kind] for kind in kinds}
     sections = [
         where_section(diagnosis),
         which_section(diagnosis),
@@ -92,6 +94,7 @@ def render_diagnosis(diagnosis: Diagnosis, records: Sequence[RecordLine], rig_fi
             badge=badge,
             kind=diagnosis.verdict,
             summary=[
+                *gap_picture(diagnosis.runs, diagnosis.how_far, labels),
                 diagnosis_facts(diagnosis),
                 *gap_blocks(diagnosis, kinds),
                 *reason_blocks(diagnosis),

@@ -14,7 +14,6 @@ import math
 from collections.abc import Mapping, Sequence
 
 import numpy as np
-from bokeh.core.enums import LineDashType
 from bokeh.models import (
     BoxZoomTool,
     ColumnDataSource,
@@ -39,7 +38,7 @@ from ..diagnosis.schema import Calibrated, Estimate, HowFar, Span
 from ..records import Record
 from .gap_words import SIMULATIONS, first_upper, interval, plain_name, quantity, unit_of, value_name
 from .page import Bar, Block, Column, Folded, Heading, Mark, Plot, Scale, Table, Tagged, Timeline
-from .plotting import BLUE, GREEN, INK, VERMILION, kept_samples
+from .plotting import COMMAND, DASHES, FOUND, FRAME, GRID, ROLES, kept_samples
 from .units import percent, percent_ends
 
 
@@ -90,13 +89,6 @@ def curves_of(
     return columns
 
 
-COLOURS = {"measured": INK, "nominal": VERMILION, "calibrated": BLUE, "augmented": GREEN}
-DASHES: dict[str, LineDashType] = {
-    "measured": "solid",
-    "nominal": "dotted",
-    "calibrated": "dashed",
-    "augmented": "solid",
-}
 SIMULATED = tuple(SIMULATIONS)
 # Limit for the samples of all plots together. With the library (1.3 MB) a page stays below 6 MB.
 MOST_BYTES = 3_000_000
@@ -150,7 +142,7 @@ def _blank(span: Range1d, words: str, unit: str, *, height: int, label_time: boo
         y_axis_label=f"{words} in {unit}" if unit else words,
         min_border_left=64,
         min_border_right=8,
-        outline_line_color="#d5dae0",
+        outline_line_color=FRAME,
         output_backend="canvas",
     )
     made.toolbar.logo = None
@@ -161,7 +153,7 @@ def _blank(span: Range1d, words: str, unit: str, *, height: int, label_time: boo
 
 def quiet_axes(made: figure) -> None:
     """Sets grid and axes of a plot of a page in the style of all of them."""
-    made.grid.grid_line_color = "#e9ecef"
+    made.grid.grid_line_color = GRID
     for axis in made.axis:
         axis.axis_label_text_font_size = "12px"
         axis.axis_label_text_font_style = "normal"
@@ -192,7 +184,7 @@ def _command_figure(time_s: FloatArray, command: FloatArray, span: Range1d, most
     made = _blank(span, words, unit, height=140, label_time=False)
     kept = kept_samples([command], most)
     source = _source({"time": time_s[kept], "command": command[kept]})
-    made.line("time", "command", source=source, color="#6b7680", line_width=1.3)
+    made.line("time", "command", source=source, color=COMMAND, line_width=1.3)
     _hover(made, unit, ["command"])
     return made
 
@@ -213,7 +205,7 @@ def _output_figures(
             "time",
             kind,
             source=source,
-            color=COLOURS[kind],
+            color=ROLES["light"][kind],
             line_dash=DASHES[kind],
             line_width=4.0 if kind == "measured" else 1.6,
             line_alpha=0.35 if kind == "measured" else 1.0,
@@ -224,7 +216,7 @@ def _output_figures(
             "time",
             f"{kind}_error",
             source=source,
-            color=COLOURS[kind],
+            color=ROLES["light"][kind],
             line_dash=DASHES[kind],
             line_width=1.3,
         )
@@ -261,7 +253,7 @@ def next_plots(record: Record) -> list[Plot]:
         kept = kept_samples([position], most)
         lower = _blank(span, f"predicted {words}", unit, height=170, label_time=True)
         source = _source({"time": record.time_s[kept], "predicted": position[kept]})
-        lower.line("time", "predicted", source=source, color=COLOURS["augmented"], line_width=1.6)
+        lower.line("time", "predicted", source=source, color=FOUND, line_width=1.6)
         _hover(lower, unit, ["predicted"])
         plots.append(Plot(lower))
     return plots

@@ -20,7 +20,7 @@ from . import rendering
 from .gap_page import write_diagnosis
 from .gap_words import effect_set, first_upper
 from .page import Block, Cell, Link, Page, Picture, Section, Table
-from .plotting import BLUE, GREY, VERMILION, stacked, styled
+from .plotting import COMMAND, FOUND, GREY, MEASURED, VERMILION, stacked, styled
 from .units import percent
 from .verdict_words import VERDICTS
 
@@ -171,10 +171,10 @@ def _experiment_figure(experiment: Experiment, ran: Ran) -> Figure:
     figure, (above, below) = stacked(4.2, [1.0, 1.4], xlabel="time in s")
     time = experiment.dt_s * np.arange(experiment.command_v.size)
     taken = time[: len(ran.record)]
-    above.plot(taken, ran.record.column("command_v"), color=BLUE, linewidth=0.8)
+    above.plot(taken, ran.record.column("command_v"), color=COMMAND, linewidth=0.8)
     above.set_ylabel("command in V")
-    below.plot(time, 1e3 * experiment.path_m, color=GREY, label="predicted")
-    below.plot(taken, 1e3 * ran.record.column(POSITION), color=BLUE, label="measured")
+    below.plot(time, 1e3 * experiment.path_m, color=FOUND, label="predicted")
+    below.plot(taken, 1e3 * ran.record.column(POSITION), color=MEASURED, label="measured")
     below.set_ylabel("position in mm")
     below.legend(loc="upper right", ncols=2)
     return figure
@@ -229,7 +229,7 @@ def _draw_rod(
         count = len(record) if place + 1 < len(shown) else round(share * len(record))
         step = max(1, count // 600)
         position = 1e3 * record.column(POSITION)[:count:step]
-        axes.plot(begin + time[:count:step], position, color=BLUE, linewidth=0.9)
+        axes.plot(begin + time[:count:step], position, color=MEASURED, linewidth=0.9)
         begin += float(time[-1]) + 1.0
     whole = sum(float(np.asarray(record.time_s)[-1]) + 1.0 for record in records)
     axes.set_xlim(0.0, max(whole, 1.0))

@@ -42,8 +42,10 @@ from .model_blocks import limit_words
 from .model_file_names import IDENTIFICATION_FILES
 from .plotting import (
     BLUE,
+    FITTED,
     GREEN,
     GREY,
+    MEASURED,
     SKY,
     VERMILION,
     draw_band,
@@ -203,10 +205,10 @@ def identification_figure(result: IdentificationResult) -> Figure:
     upper, middle, lower = figure.subplots(3, 1, height_ratios=[2, 1, 1])
     _, label = time_axis(result.dt_s, 1)
     time = result.simulated.index * (result.dt_s or 1.0)
-    upper.plot(time, result.simulated.measured, label="measured")
+    upper.plot(time, result.simulated.measured, color=MEASURED, label="measured")
     chosen = result.chosen.simulation_fit_percent
     fit = "simulated, diverges" if diverges(chosen) else f"simulated, fit {chosen:.1f} %"
-    upper.plot(time, result.simulated.predicted, label=fit)
+    upper.plot(time, result.simulated.predicted, color=FITTED, label=fit)
     upper.set_xlabel(label)
     upper.margins(x=0.0)
     upper.legend()
@@ -244,7 +246,7 @@ def bode_figure(shown: Bode, dt_s: float | None, loop: LoopAnalysis | None = Non
         axes.grid(which="minor", alpha=0.15)
         for i, stretch in enumerate(shown.not_excited):
             beyond = None if i else "outside the input's band"
-            axes.axvspan(*stretch, color="0.5", alpha=0.12, linewidth=0, label=beyond)
+            axes.axvspan(*stretch, color=GREY, alpha=0.12, linewidth=0, label=beyond)
         if shown.known_at:
             axes.semilogx(shown.known_at, curve.known, "k.", markersize=4.0, label=shown.source)
         axes.set_ylim(*curve.ends)

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import matplotlib as mpl
 import numpy as np
@@ -16,10 +16,40 @@ from matplotlib.rcsetup import cycler
 
 from ..base.numbers import FloatArray
 
-# Readers who cannot tell red from green can tell these colours apart (Okabe, Ito, 2008). The style
-# sheet of the pages uses the same colours.
+Dash = Literal["solid", "dotted", "dashed"]
+
+# Readers who cannot tell red from green can tell these colours apart (Okabe, Ito, 2008).
 BLUE, ORANGE, GREEN, VERMILION = "#0072b2", "#e69f00", "#009e73", "#d55e00"
 PURPLE, SKY, INK, GREY, PALE = "#cc79a7", "#56b4e9", "#1c2126", "#8a949e", "#d9d9d9"
+WHITE, YELLOW = "#ffffff", "#f2d58a"
+# The command, which is neither measured nor simulated; the frame and the grid of a plot.
+COMMAND, FRAME, GRID = "#6b7680", "#d5dae0", "#e9ecef"
+
+# The colour of each role on every page and in the workbench: what was measured, and what the
+# simulator gives as configured, with its values fitted, and with what was found.
+MEASURED, CONFIGURED, FITTED, FOUND = INK, VERMILION, BLUE, GREEN
+# By the names that the files have for them, on a light ground and on a dark one.
+ROLES = {
+    "light": {
+        "measured": MEASURED,
+        "nominal": CONFIGURED,
+        "calibrated": FITTED,
+        "augmented": FOUND,
+    },
+    "dark": {
+        "measured": "#e6eaee",
+        "nominal": "#e07c2d",
+        "calibrated": "#4cace2",
+        "augmented": "#1fa480",
+    },
+}
+# Lines of the roles differ where no colour is seen, too.
+DASHES: dict[str, Dash] = {
+    "measured": "solid",
+    "nominal": "dotted",
+    "calibrated": "dashed",
+    "augmented": "solid",
+}
 
 # Decorates a function that makes a figure.
 styled = mpl.rc_context(

@@ -20,7 +20,7 @@ from ..base.files import write_text
 from ..fitness import Finding, RecordCheck, Status, rig_check_file
 from ..rigs import Rig
 from .page import Table, Tagged
-from .plotting import BLUE, GREY, INK, PALE, VERMILION, kept_samples, styled
+from .plotting import BLUE, CONFIGURED, GREY, INK, MEASURED, PALE, VERMILION, kept_samples, styled
 
 COLOURS = {Status.fits: BLUE, Status.does_not_fit: VERMILION, Status.cannot_be_told: GREY}
 TICKS = (0.25, 0.33, 0.5, 0.67, 0.8, 1.0, 1.25, 1.5, 2.0, 3.0, 4.0)
@@ -83,9 +83,15 @@ def _speeds(axes: Axes, check: RecordCheck) -> None:
     signals = [signal[shown] for signal in signals]
     at = kept_samples(signals, MOST_SAMPLES)
     time = check.time_s[shown][at]
-    axes.plot(time, signals[0][at], color=BLUE, label="measured")
+    axes.plot(time, signals[0][at], color=MEASURED, label="measured")
     if len(signals) > 1:
-        axes.plot(time, signals[1][at], color=VERMILION, linewidth=0.9, label="by the rig's values")
+        axes.plot(
+            time,
+            signals[1][at],
+            color=CONFIGURED,
+            linewidth=0.9,
+            label="by the rig's values",
+        )
         axes.legend(ncols=2, loc="upper right")
     axes.margins(x=0.0)
     reach = 1.35 * float(np.max([np.abs(signal).max() for signal in signals]))

@@ -18,6 +18,7 @@ from .gap_page import simulation_table
 from .gap_plots import run_blocks
 from .gap_words import first_upper, interval, plain_name, quantity, unit_of
 from .page import Block, Fact, Facts, Folded, Heading, Items, Note, Page, Section, Table
+from .record_figure import gap_picture
 from .rendering import render_page
 from .units import percent
 from .where_section import where_section
@@ -93,6 +94,7 @@ def trace_tables(diagnosis: Diagnosis) -> Iterator[Table]:
 
 
 MOST_SHOWN = 8
+SIMULATIONS = {"nominal": "the trace", "augmented": "with what was found"}
 
 
 def render_traces(diagnosis: Diagnosis, records: Sequence[Record]) -> str:
@@ -100,6 +102,7 @@ def render_traces(diagnosis: Diagnosis, records: Sequence[Record]) -> str:
     tables = list(trace_tables(diagnosis))
     kinds = ("nominal", "augmented") if diagnosis.effects else ("nominal",)
     plots = run_blocks(diagnosis.runs, kinds)
+    words = {kind: SIMULATIONS[kind] for kind in kinds}
     tried: list[Block] = [*tables[1:], *_unjudged(diagnosis)]
     error: list[Block] = [Heading("Error of the trace"), tables[0]] if tables else []
     signals: list[Block] = [
@@ -123,6 +126,7 @@ def render_traces(diagnosis: Diagnosis, records: Sequence[Record]) -> str:
             badge=title,
             kind=diagnosis.verdict,
             summary=[
+                *gap_picture(diagnosis.runs, diagnosis.how_far, words),
                 _facts(diagnosis),
                 *error,
                 Heading("What this rests on"),

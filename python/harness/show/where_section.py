@@ -51,7 +51,7 @@ from .page import (
     Told,
     whole,
 )
-from .plotting import BLUE
+from .plotting import BLUE, FRAME
 from .units import percent, percent_ends
 from .verdict_words import VERDICTS, what_now
 
@@ -159,7 +159,7 @@ def _figure(x_label: str, y_label: str) -> figure:
         x_axis_label=x_label,
         y_axis_label=y_label,
         toolbar_location=None,
-        outline_line_color="#d5dae0",
+        outline_line_color=FRAME,
         min_border_left=64,
     )
     quiet_axes(made)

@@ -35,7 +35,7 @@ from .gap_words import (
     value_name,
 )
 from .page import Block, Card, Code, Folded, Heading, Items, Note, Plot, Section, Table, Tagged
-from .plotting import BLUE, VERMILION
+from .plotting import FOUND, FRAME, GREY
 from .units import percent
 
 # Number of candidates that the page shows unfolded.
@@ -206,18 +206,17 @@ def _law_figure(found: MissingLaw, form: Form) -> figure:
         x_axis_label=f"{VARIABLE_WORDS[law.of]} in {x_unit}",
         y_axis_label=f"{TERM_WORDS[law.adds_to]} in {unit}",
         toolbar_location=None,
-        outline_line_color="#d5dae0",
+        outline_line_color=FRAME,
         min_border_left=64,
     )
+    found_colour = FOUND
     low, high = ([scale * ends[side] for ends in found.band] for side in (0, 1))
-    band = made.varea(x, low, high, color=BLUE, alpha=0.2)
-    line = made.line(x, [scale * value for value in law.values], color=BLUE, line_width=2.0)
-    made.scatter(x, [scale * value for value in law.values], color=BLUE, size=5)
+    band = made.varea(x, low, high, color=found_colour, alpha=0.2)
+    line = made.line(x, [scale * value for value in law.values], color=found_colour, line_width=2.0)
+    made.scatter(x, [scale * value for value in law.values], color=found_colour, size=5)
     shown = [("curve that explains the gap", [line]), ("90 %", [band])]
     if form is not None:
-        simple = made.line(
-            x, [scale * value for value in form], color=VERMILION, line_dash="dashed"
-        )
+        simple = made.line(x, [scale * value for value in form], color=GREY, line_dash="dashed")
         shown.append(("simple form", [simple]))
     made.add_layout(
         Legend(

@@ -19,7 +19,7 @@ from ehsid.harness.base.files import write_text
 from ehsid.harness.base.numbers import plain_number
 from ehsid.harness.show import rendering
 from ehsid.harness.show.page import Page, Picture, Section, Table
-from ehsid.harness.show.plotting import BLUE, VERMILION, styled
+from ehsid.harness.show.plotting import BLUE, GREY, VERMILION, styled
 
 from ..calibration.checking import LEAST_MACHINES, Calibration, Constant, LeftOut, Probabilities
 from ..calibration.fitting import FEATURES, write_features
@@ -39,7 +39,7 @@ def reliability_drawing(each: Sequence[Probabilities]) -> PlotFigure:
     drawing = PlotFigure(figsize=(9, 4.4))
     panels = drawing.subplots(1, len(each[0].reliability), squeeze=False)[0]
     for place, axes in enumerate(panels):
-        axes.plot([0, 100], [0, 100], color="0.6", linewidth=1.0, linestyle="--")
+        axes.plot([0, 100], [0, 100], color=GREY, linewidth=1.0, linestyle="--")
         for probabilities, colour in zip(each, (VERMILION, BLUE), strict=True):
             bins = probabilities.reliability[place].bins
             at = [100.0 * group.probability for group in bins]

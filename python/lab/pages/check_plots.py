@@ -17,7 +17,7 @@ from matplotlib.ticker import FuncFormatter
 from ehsid.harness.diagnosis.edits.testing import AGREES
 from ehsid.harness.show.gap_words import plain_name
 from ehsid.harness.show.page import Table, Tagged
-from ehsid.harness.show.plotting import BLUE, GREEN, GREY, VERMILION, draw_numbers, styled
+from ehsid.harness.show.plotting import BLUE, GREEN, GREY, GRID, VERMILION, draw_numbers, styled
 
 from ..scoring.baselines import Baseline, Control, Promises
 from ..scoring.figures import Figure, Reliability, RiskPoint, SizeError
@@ -86,7 +86,7 @@ def confusion_drawing(confusion: Confusion, said: str, true: str) -> Drawing:
     axes.set_yticks(range(len(kinds)), kinds)
     axes.set_xticks(np.arange(len(names) + 1) - 0.5, minor=True)
     axes.set_yticks(np.arange(len(confusion.rows) + 1) - 0.5, minor=True)
-    axes.grid(True, which="minor", color="#e3e7eb", alpha=1.0, linewidth=0.6)
+    axes.grid(True, which="minor", color=GRID, alpha=1.0, linewidth=0.6)
     axes.tick_params(which="minor", length=0)
     axes.set_xlabel(said)
     axes.set_ylabel(true)
@@ -98,7 +98,7 @@ def trust_drawing(reliability: Reliability, risk: Sequence[RiskPoint]) -> Drawin
     """Draws, left, the share of true effects over their probability; right, risk over coverage."""
     drawing = Drawing(figsize=(9, 4))
     left, right = drawing.subplots(1, 2)
-    left.plot([0, 100], [0, 100], color="0.6", linewidth=1.0, linestyle="--")
+    left.plot([0, 100], [0, 100], color=GREY, linewidth=1.0, linestyle="--")
     for group in reliability.bins:
         at, share = 100.0 * group.probability, group.true
         left.plot([at, at], [100.0 * share.low, 100.0 * share.high], color=MET, linewidth=2.0)
@@ -166,7 +166,7 @@ def promises_drawing(each: Sequence[Promises]) -> Drawing:
     drawing = Drawing(figsize=(9, 4.4))
     panels = drawing.subplots(1, len(each), squeeze=False)[0]
     for axes, promises in zip(panels, each, strict=True):
-        axes.plot([-20, 105], [-20, 105], color="0.6", linewidth=1.0, linestyle="--")
+        axes.plot([-20, 105], [-20, 105], color=GREY, linewidth=1.0, linestyle="--")
         for right, colour, label in ((True, MET, "answered right"), (False, MISSED, "not right")):
             some = [promise for promise in promises.each if promise.right == right]
             predicted = np.array(
@@ -201,7 +201,7 @@ def edits_drawing(score: Score) -> Drawing:
             axes.plot(x, y, "o", color=colour, markersize=5, alpha=0.7, label=label)
         axes.set_xscale("log")
         axes.set_yscale("log")
-        axes.axline((1.0, 1.0), (2.0, 2.0), color="0.6", linewidth=1.0, linestyle="--")
+        axes.axline((1.0, 1.0), (2.0, 2.0), color=GREY, linewidth=1.0, linestyle="--")
         axes.axhline(AGREES, color=GREEN, linewidth=1.0)
         axes.set_title(f"effects {edits.edit}")
         axes.set_xlabel("gap of the rig as found, over that before")

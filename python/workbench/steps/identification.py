@@ -139,8 +139,12 @@ class Identification(StepView):
         """Returns the plots and tables of a model."""
         theme, folder, told = self.page.theme, look_folder(self.session), found.told
         output = column(found.output_name)
-        lines = [Line(name, opened(folder, name), output.factor) for name in (MEASURED, SIMULATED)]
-        residual = Line(RESIDUAL, opened(folder, RESIDUAL), output.factor)
+        roles = {MEASURED: "measured", SIMULATED: "calibrated"}
+        lines = [
+            Line(name, opened(folder, name), output.factor, role=role)
+            for name, role in roles.items()
+        ]
+        residual = Line(RESIDUAL, opened(folder, RESIDUAL), output.factor, role="calibrated")
         residual_unit = f" in {output.unit}" if output.unit else ""
         panels = [Panel(output.label, lines), Panel(f"residual{residual_unit}", [residual])]
         time_s = np.load(folder / f"{TIME}.npy", mmap_mode="r")

@@ -255,11 +255,12 @@ def _plots(folder: Path, known: SoFar, theme: str) -> Column:
         words, factor, unit = shown_channel(name)
 
         def line(kind: str, words: str, place: int = place, factor: float = factor) -> Line:
-            return Line(words, opened(folder, key(0, place, kind)), factor)
+            role = kind.removesuffix(ERROR)
+            return Line(words, opened(folder, key(0, place, kind)), factor, role=role)
 
         simulated = [line(kind, of) for kind, of in kinds.items()]
         errors = [line(kind + ERROR, of) for kind, of in kinds.items()]
-        panels.append(Panel(f"{words} in {unit}", [*simulated, line("measured", "measured")]))
+        panels.append(Panel(f"{words} in {unit}", [line("measured", "measured"), *simulated]))
         panels.append(Panel(f"error in {unit}", errors))
     return stacked(panels, time_s, theme, "time in s").layout
 

@@ -19,10 +19,13 @@ from matplotlib.patches import Patch
 
 from ehsid.harness.show.page import Picture, Section, Table
 from ehsid.harness.show.plotting import (
+    GREY,
     INK,
     PALE,
     SKY,
     VERMILION,
+    WHITE,
+    YELLOW,
     draw_band,
     draw_numbers,
     stacked,
@@ -44,12 +47,12 @@ COLOURS = {
     Finding.holds: SKY,
     Finding.fails: VERMILION,
     Finding.equal: PALE,
-    Finding.neither: "white",
-    Finding.undecided: "#f2d58a",
+    Finding.neither: WHITE,
+    Finding.undecided: YELLOW,
 }
 # The entries of a legend of these colours.
 FINDINGS = [
-    Patch(facecolor=colour, edgecolor="0.6", label=finding.value)
+    Patch(facecolor=colour, edgecolor=GREY, label=finding.value)
     for finding, colour in COLOURS.items()
 ]
 

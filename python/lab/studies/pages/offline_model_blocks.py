@@ -23,7 +23,7 @@ from ehsid.harness.models.identification import (
 from ehsid.harness.show.model_blocks import place
 from ehsid.harness.show.model_figures import bode, bode_figure, draw_correlation
 from ehsid.harness.show.page import Block, Picture, Table
-from ehsid.harness.show.plotting import BLUE, GREY, SKY, VERMILION, stacked, styled, time_axis
+from ehsid.harness.show.plotting import BLUE, GREY, PALE, SKY, VERMILION, stacked, styled, time_axis
 
 from ..attempts import Attempt
 from ..procedure import Procedure
@@ -101,8 +101,8 @@ def poles_zeros_figure(model_roots: PolesZeros) -> Figure:
     reach = max(float(np.abs(closest - 1.0)), _spread(model_roots.poles), 1e-6)
     for axes, centre, half in ((whole, 0.0, widest), (near, 1.0, min(3.0 * reach, 0.5))):
         axes.grid(False)
-        axes.add_patch(Circle((0.0, 0.0), 1.0, fill=False, color="0.5", linewidth=0.8))
-        axes.axhline(0.0, color="0.8", linewidth=0.6)
+        axes.add_patch(Circle((0.0, 0.0), 1.0, fill=False, color=GREY, linewidth=0.8))
+        axes.axhline(0.0, color=PALE, linewidth=0.6)
         _roots(axes, model_roots.poles, "x", BLUE, "poles")
         _roots(axes, model_roots.zeros, "o", VERMILION, "zeros")
         axes.set_xlim(centre - half, centre + half)

@@ -13,7 +13,7 @@ from matplotlib.figure import Figure
 
 from ehsid.harness.show.model_blocks import loop_blocks
 from ehsid.harness.show.page import Block, Picture, Section, Table
-from ehsid.harness.show.plotting import draw_band, stacked, styled
+from ehsid.harness.show.plotting import PALE, draw_band, stacked, styled
 from ehsid.harness.show.units import percent
 
 from ..claims import Interval
@@ -44,7 +44,7 @@ def reading_figure(reading: Reading) -> Figure:
             axes.set_ylim(min(late.min(), middle) - margin, max(late.max(), middle) + margin)
         for time, status in zip(reading.time_s, reading.status, strict=True):
             if status != "ok":
-                axes.axvspan(time - reading.time_s[0], time, color="0.9", linewidth=0)
+                axes.axvspan(time - reading.time_s[0], time, color=PALE, linewidth=0)
         axes.set_ylabel(name)
     return figure
 
