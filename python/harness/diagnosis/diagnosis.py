@@ -494,7 +494,9 @@ def _with_missing_laws(
     case, search_result = evaluation.case, evaluation.search_result
     if case.engine is not None:  # a law needs the equations of the simulator
         return evaluation
-    ahead, probabilities = evaluation.selection.best, evaluation.selection.posterior
+    probabilities = evaluation.selection.posterior
+    # Beside a cause outside it may be too improbable to have a name, and still be a part of it.
+    ahead = probabilities.sets[0].fit
     sets = [share for families, share in probabilities.by_families() if families]
     asked = max(sets, default=0.0) <= probabilities.outside or not set(SPRINGS).isdisjoint(
         ahead.effects
@@ -518,7 +520,9 @@ def _with_missing_laws(
         case, search_result.nominal, search_result.calibrated, with_laws
     )
     values, moved = results.estimates(case, with_laws)
-    values |= {name: evaluation.values[name] for name in laws.held}
+    if laws.held:
+        beside, _ = results.estimates(case, ahead)
+        values |= {name: beside[name] for name in laws.held}
     return replace(
         evaluation,
         selection=replace(selection, best=best, equivalent=()),
