@@ -141,6 +141,8 @@ def apply_page(design: Design) -> Page:
                 "Gain and phase of the open loop over the frequency, with a band.",
             )
             sections.append(Section(title, [picture]))
+    # What is asked for first stands above the list of the sections.
+    summary: Sequence[Block] = sections.pop(0).blocks if sections else []
     numbers: Sequence[Block] = [
         apply_table(result, sources=True),
         Note("Shares, without a unit, are of the rated command and of full opening."),
@@ -152,6 +154,7 @@ def apply_page(design: Design) -> Page:
         sections,
         SOURCES,
         overline=f"What a controller takes from {result.origin}",
+        summary=summary,
     )
 
 
