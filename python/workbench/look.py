@@ -38,6 +38,7 @@ THEMES = {
     },
 }  # fmt: skip
 
+PULSE = "ehsid-pulse"  # tag of the field by which a page sees that the server has answered
 CODE = re.compile("`([a-z0-9. -]+)`")
 
 STYLE = Path(__file__).parent / "style"
@@ -61,12 +62,28 @@ def template(name: str, theme: str) -> pn.Template:
     )
     parts = [(STYLE / f"{part}.html").read_text(encoding="utf-8") for part in ("head", name)]
     text = "".join(parts).replace("THEME_RULES", rules)
-    for place, script in (("THEME_SCRIPT", "theme"), ("VIEW_SCRIPT", "sort")):
+    for place, script in (
+        ("THEME_SCRIPT", "theme"),
+        ("BUSY_SCRIPT", "busy"),
+        ("VIEW_SCRIPT", "sort"),
+    ):
         text = text.replace(place, (STYLE / f"{script}.js").read_text(encoding="utf-8"))
-    made = pn.Template(text)
+    made = pn.Template(text.replace("PULSE", PULSE))
+    made.add_panel("pulse", _pulse())
     made.add_variable("theme", theme)
     made.add_variable("other_words", f"{'light' if theme == 'dark' else 'dark'} colours")
     made.add_variable("views", VIEWS)
+    return made
+
+
+def _pulse() -> pn.widgets.TextInput:
+    """Returns a hidden field; each of its values is answered in its tags, behind earlier clicks."""
+    made = pn.widgets.TextInput(visible=False, tags=[PULSE])
+
+    def answer(event: Any) -> None:
+        made.tags = [PULSE, event.new]
+
+    made.param.watch(answer, "value")
     return made
 
 

@@ -20,6 +20,7 @@ from bokeh.models import (
 from bokeh.plotting import figure
 
 from ehsid.harness.models.identification.dynamics import Dynamics, Root
+from ehsid.harness.show.gap_plots import share_cursor
 from ehsid.harness.show.model_figures import Bode, Lags
 from ehsid.harness.show.units import Shown, coefficient, column
 
@@ -151,6 +152,7 @@ def bode_plots(bode: Bode, gain_unit: str, theme: str) -> list[figure]:
         plot.varea(f, curve.low, curve.high, fill_color=colour, fill_alpha=0.25)
         plot.line(f, curve.middle, color=colour, line_width=2)
         plots.append(_finished(plot, theme))
+    share_cursor(plots)
     return plots
 
 

@@ -13,6 +13,7 @@ from bokeh.plotting import figure
 
 from ehsid.harness.base.error_words import printable
 from ehsid.harness.base.numbers import FloatArray
+from ehsid.harness.show.gap_plots import share_cursor
 from ehsid.harness.show.plotting import DASHES, ROLES
 
 from .downsampling import Pyramid
@@ -126,6 +127,7 @@ def stacked(panels: Sequence[Panel], time_s: FloatArray | None, theme: str, axis
             told |= names
         dress(plot, theme)
         plots.append(plot)
+    share_cursor(plots)
 
     waits = False
 

@@ -332,6 +332,25 @@ def test_no_step_is_wider_than_the_window(page: Any, tmp_path: Path) -> None:
             assert page.evaluate("document.documentElement.scrollWidth") <= width, (step, width)
 
 
+PRESS = """button => { button.click(); return document.body.classList.contains("busy")
+  && getComputedStyle(document.getElementById("busy")).visibility === "visible"
+  && getComputedStyle(document.querySelector("main")).pointerEvents === "none"; }"""
+
+
+def test_a_click_is_answered_at_once_and_takes_no_other_until_it_is_done(
+    page: Any, tmp_path: Path
+) -> None:
+    drop(page, german_log(tmp_path / "log.csv"))
+    onward = page.get_by_role("button", name="Next: Map")
+    onward.wait_for()
+    # In the same turn of the page, before anything is sent to the server.
+    assert onward.evaluate(PRESS)
+    page.locator("body:not(.busy)").wait_for()
+    page.get_by_role("heading", name="Map", level=1).wait_for()
+    assert page.get_by_role("button", name="Next: Map").count() == 0
+    assert not page.locator("#busy").is_visible()
+
+
 def test_steps_are_reached_by_keyboard(page: Any, tmp_path: Path) -> None:
     drop(page, german_log(tmp_path / "run.csv", 0.5))
     page.get_by_role("button", name="Next: Map").wait_for()

@@ -17,6 +17,7 @@ import numpy as np
 from bokeh.models import (
     BoxZoomTool,
     ColumnDataSource,
+    CrosshairTool,
     HoverTool,
     Legend,
     LegendItem,
@@ -24,6 +25,7 @@ from bokeh.models import (
     Range1d,
     ResetTool,
     SaveTool,
+    Span,
     WheelZoomTool,
 )
 from bokeh.plotting import figure
@@ -32,13 +34,14 @@ from ..base.numbers import FloatArray
 from ..catalogue.channels import shown_channel
 from ..catalogue.parameters import plant_parameters
 from ..catalogue.spellings import ParameterKey
+from ..diagnosis import schema
 from ..diagnosis.edits import EditRun
 from ..diagnosis.result import Diagnosis, HeldOutRun
-from ..diagnosis.schema import Calibrated, Estimate, HowFar, Span
+from ..diagnosis.schema import Calibrated, Estimate, HowFar
 from ..records import Record
 from .gap_words import SIMULATIONS, first_upper, interval, plain_name, quantity, unit_of, value_name
 from .page import Bar, Block, Column, Folded, Heading, Mark, Plot, Scale, Table, Tagged, Timeline
-from .plotting import COMMAND, DASHES, FOUND, FRAME, GRID, ROLES, kept_samples
+from .plotting import COMMAND, DASHES, FOUND, FRAME, GREY, GRID, ROLES, kept_samples
 from .units import percent, percent_ends
 
 
@@ -111,11 +114,15 @@ def run_blocks(runs: Sequence[HeldOutRun], kinds: Sequence[str] = SIMULATED) -> 
 
 def _plots_of(run: HeldOutRun, kinds: Sequence[str], most: int) -> list[Block]:
     span = _span(run.time_s)
-    blocks: list[Block] = [Plot(_command_figure(run.time_s, run.command_v, span, most))]
+    drawn = [_command_figure(run.time_s, run.command_v, span, most)]
+    blocks: list[Block] = [Plot(drawn[0])]
     for name in run.measured:
         words = first_upper(shown_channel(name)[0])
         blocks.append(Heading(f"{words}: signals, and simulated minus measured"))
-        blocks += map(Plot, _output_figures(run, name, kinds, span, most))
+        pair = _output_figures(run, name, kinds, span, most)
+        blocks += map(Plot, pair)
+        drawn += pair
+    share_cursor(drawn)
     return blocks
 
 
@@ -149,6 +156,13 @@ def _blank(span: Range1d, words: str, unit: str, *, height: int, label_time: boo
     made.toolbar.autohide = True
     quiet_axes(made)
     return made
+
+
+def share_cursor(plots: Sequence[figure]) -> None:
+    """Draws an upright line at the pointer through all plots of one time axis."""
+    line = Span(dimension="height", line_color=GREY, line_dash="dashed", line_width=1)
+    for one in plots:
+        one.add_tools(CrosshairTool(overlay=line))
 
 
 def quiet_axes(made: figure) -> None:
@@ -338,7 +352,7 @@ def _on_axis(sigmas: float) -> float | None:
     return _inside(50.0 + 50.0 * sigmas / AXIS_SIGMAS)
 
 
-def timelines(spans: Sequence[Span]) -> list[Timeline]:
+def timelines(spans: Sequence[schema.Span]) -> list[Timeline]:
     """Returns the shares of the gap over time, with one time axis for each record.
 
     The largest share of all records has the full height.

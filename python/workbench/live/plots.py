@@ -8,6 +8,7 @@ from bokeh.models import Band, ColumnDataSource, Range1d
 from bokeh.plotting import figure
 
 from ehsid.harness.catalogue.channels import COMMAND, POSITION
+from ehsid.harness.show.gap_plots import share_cursor
 from ehsid.harness.show.units import Shown, coefficient, column
 
 from .. import look
@@ -46,6 +47,7 @@ class LivePlots:
             for number, (label, lines) in enumerate(SIGNALS)
         ]
         estimates = [self._estimate_plot(i, theme) for i in range(len(parameters))]
+        share_cursor([*signals, *estimates])
         self.signals = pn.Column(*map(look.drawn, signals), sizing_mode="stretch_width")
         self.estimates = pn.Column(
             look.words(

@@ -3,6 +3,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from bokeh.models import CrosshairTool
 from made_diagnoses import made_diagnosis
 
 from ehsid.harness.diagnosis.result import HeldOutRun
@@ -52,7 +53,11 @@ def test_each_output_of_each_record_has_its_plots() -> None:
         headings = [one.text.split(":")[0] for one in block.blocks if isinstance(one, Heading)]
         assert headings == ["Position", "Pressure A", "Pressure B"]
         # The command; for each output its signals and its errors.
-        assert sum(isinstance(one, Plot) for one in block.blocks) == 1 + 2 * 3
+        plots = [one.figure for one in block.blocks if isinstance(one, Plot)]
+        assert len(plots) == 1 + 2 * 3
+        assert len({plot.x_range for plot in plots}) == 1
+        # One line at the pointer goes through all of them.
+        assert len({plot.select_one(CrosshairTool).overlay for plot in plots}) == 1
 
 
 def test_a_page_without_plots_needs_no_library() -> None:
