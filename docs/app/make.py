@@ -27,23 +27,20 @@ from ehsid.hil.faults import relayed  # noqa: E402
 
 OUT = Path(__file__).parent
 STEPS = ("Load", "Map", "Rig", "Check", "Model", "Gap", "Next")
-WIDTHS = {"": (1400, 1000), "phone_": (390, 844)}
+WIDE = {"width": 1400, "height": 900}
 COLOURS = 128  # of a picture: enough for plots, and a quarter of the size
 
 
 def shoot(page: Any, step: str, *, whole: bool = False) -> None:
-    """Takes a picture of a step at both widths; the wide one has the whole page if asked for."""
-    for name, (width, height) in WIDTHS.items():
-        page.set_viewport_size({"width": width, "height": height})
-        page.evaluate("scrollTo(0, 0)")
-        part = page.get_by_role("heading", name=step, exact=True)
-        if step not in STEPS and part.count():  # the second part of a step
-            part.evaluate("part => part.scrollIntoView()")
-        page.wait_for_timeout(1500)
-        path = OUT / f"{name}{step.lower()}.png"
-        page.screenshot(path=path, full_page=whole and not name)
-        lighten(path)
-    page.set_viewport_size({"width": 1400, "height": 1000})
+    """Takes a picture of a step, or of the whole page if asked for."""
+    page.evaluate("scrollTo(0, 0)")
+    part = page.get_by_role("heading", name=step, exact=True)
+    if step not in STEPS and part.count():  # the second part of a step
+        part.evaluate("part => part.scrollIntoView()")
+    page.wait_for_timeout(1500)
+    path = OUT / f"{step.lower()}.png"
+    page.screenshot(path=path, full_page=whole)
+    lighten(path)
 
 
 def lighten(path: Path) -> None:
@@ -54,10 +51,7 @@ def lighten(path: Path) -> None:
 def film() -> None:
     """Makes one moving picture of the steps."""
     names = ("load", "map", "rig", "check", "model", "recursive", "so_far", "gap", "next")
-    frames = [
-        Image.open(OUT / f"{name}.png").convert("RGB").crop((0, 0, 1400, 1000)).resize((910, 650))
-        for name in names
-    ]
+    frames = [Image.open(OUT / f"{name}.png").convert("RGB").resize((910, 585)) for name in names]
     palette = [frame.quantize(64) for frame in frames]
     palette[0].save(
         OUT / "steps.gif", save_all=True, append_images=palette[1:], duration=2500, loop=0
@@ -153,7 +147,7 @@ def main() -> None:
         browser = playwright.chromium.launch(
             executable_path=found_browser(), args=["--no-sandbox", "--disable-gpu"]
         )
-        page = browser.new_page(viewport={"width": 1400, "height": 1000})
+        page = browser.new_page(viewport=WIDE)
         page.set_default_timeout(600_000)
         page.goto(served.address)
         walk(page, logs)

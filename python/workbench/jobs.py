@@ -250,6 +250,8 @@ def check_task(folder: Path, *, report: Report) -> None:
     from ehsid.harness.fitness import check_rig
     from ehsid.harness.show.rig_check import files_of, write_rig_check
 
+    from .check_look import keep_speeds
+
     session = Session(folder)
     entries = session.settings.records
     out = folder / "check"
@@ -262,6 +264,7 @@ def check_task(folder: Path, *, report: Report) -> None:
             report(0.8 * number / len(records))
         remarks = [Said(one.record, one.what, one.serious) for one in gate(records, rig)]
         write_rig_check(new, rig, checks)
+    keep_speeds(session, checks)
     write_text(folder / REMARKS, json_text(remarks))
     report(1.0)
 

@@ -7,12 +7,13 @@ Parts of the page in columns of equal width, as many as there is room for.
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from html import escape
 from pathlib import Path
 from typing import Any
 
 import panel as pn
+from bokeh.models import LayoutDOM
 from bokeh.plotting import figure
 
 from ehsid.harness.base.error_words import printable
@@ -42,9 +43,9 @@ PULSE = "ehsid-pulse"  # tag of the field by which a page sees that the server h
 CODE = re.compile("`([a-z0-9. -]+)`")
 
 STYLE = Path(__file__).parent / "style"
-WORDS, CONTROLS, STEPS, STEP_BUTTON, PLAYGROUND = (
+WORDS, CONTROLS, STEPS, STEP_BUTTON, PLAYGROUND, PANES, PANE = (
     (STYLE / f"{name}.css").read_text(encoding="utf-8")
-    for name in ("words", "controls", "steps", "step_button", "playground")
+    for name in ("words", "controls", "steps", "step_button", "playground", "panes", "pane")
 )
 
 
@@ -112,7 +113,7 @@ def text_input(name: str, **settings: Any) -> pn.widgets.TextInput:
     return pn.widgets.TextInput(name=name, **settings)
 
 
-def drawn(plot: figure) -> pn.pane.Bokeh:
+def drawn(plot: LayoutDOM) -> pn.pane.Bokeh:
     """Returns a plot as a part of the page, as wide as its place."""
     return pn.pane.Bokeh(plot, sizing_mode="stretch_width", margin=0)
 
@@ -143,6 +144,24 @@ def side_by_side(*parts: pn.viewable.Viewable, least: str = "22rem") -> pn.Colum
     grid = f"display: grid !important; grid-template-columns: {columns}; gap: 0 1.2rem;"
     rules = f":host {{ {grid} }}"
     return pn.Column(*parts, stylesheets=[rules], sizing_mode="stretch_width")
+
+
+def panes(
+    left: Sequence[pn.viewable.Viewable],
+    right: Sequence[pn.viewable.Viewable],
+    shares: tuple[int, int] = (1, 1),
+) -> pn.Column:
+    """Returns two panes with shares of the width, which fit a wide window together.
+
+    What is too long for its pane is scrolled there, so that the other one stays in sight. In a
+    narrow window they are one below the other, as long as they are.
+    """
+    held = [
+        pn.Column(*parts, stylesheets=[PANE], sizing_mode="stretch_width")
+        for parts in (left, right)
+    ]
+    rules = PANES.replace("SHARES", " ".join(f"minmax(0, {share}fr)" for share in shares))
+    return pn.Column(*held, stylesheets=[rules], sizing_mode="stretch_width")
 
 
 def plain(text: object) -> str:

@@ -72,7 +72,7 @@ class Page:
         self._equivalent = look.words("")
         self._fold = self._make_fold()
         self._ways, self._not_yet = [self._make_way() for _ in range(2)], look.words("")
-        self._onward = pn.Row(*self._ways, self._not_yet, margin=(10, 0))
+        self._onward = pn.FlexBox(*self._ways, self._not_yet)
         asked = argument("step")
         found = step_states(self.session)
         self.key = asked if asked in found and found[asked].open else next_step(self.session)
@@ -172,7 +172,9 @@ class Page:
         self.key = key
         step = next(one for one in STEPS if one.key == key)
         title = look.words(f'<h1>{step.title}</h1><p class="soft">{step.purpose}</p>')
-        parts = [title, self._problem, self._onward, self._fold, self._equivalent]
+        head = look.beside(title, self._onward)
+        self._onward.styles = {"flex": "0 1 auto"}
+        parts = [head, self._problem, self._fold, self._equivalent]
         try:
             self._view = VIEWS[key](self)
             parts.insert(2, self._view.layout)

@@ -20,6 +20,7 @@ from .downsampling import Pyramid
 from .look import COLOURS, dress
 
 COLUMNS = 1200  # pixel columns that are filled
+TALLEST, LOWEST, WINDOW = 280, 105, 540  # in pixels: of a plot, and of all where there is room
 WIDE = {"measured": {"line_width": 3.5, "line_alpha": 0.4}}  # what is simulated is drawn over it
 
 
@@ -90,10 +91,11 @@ def stacked(panels: Sequence[Panel], time_s: FloatArray | None, theme: str, axis
     shared = Range1d(first, max(last, first + 1e-9), bounds="auto")
     plots, updates, colours = [], [], COLOURS[theme]
     told: set[str] = set()
+    height = min(TALLEST, max(LOWEST, WINDOW // len(panels)))
     for number, panel in enumerate(panels):
         bottom = number == len(panels) - 1
         plot = figure(
-            height=190 + 30 * bottom,
+            height=height + 30 * bottom,
             sizing_mode="stretch_width",
             x_range=shared,
             tools="xpan,xwheel_zoom,xbox_zoom,reset",

@@ -60,6 +60,7 @@ def test_from_a_german_log_to_the_verdict(page: Any, served: Any, tmp_path: Path
     see(page, "Saved as rig.toml")
     press(page, "Next: Check")
     see(page, "Nothing in the records contradicts the rig.")
+    page.locator("main canvas").nth(1).wait_for()  # the ratios, and the speeds
     press(page, "Next: Gap")
     press(page, "Start the diagnosis")
     see(page, "fitting the best effects at length")
@@ -149,7 +150,7 @@ def test_hostile_names_of_files_and_columns_are_only_text(
 
 def test_a_path_is_added_without_a_copy(page: Any, served: Any, tmp_path: Path) -> None:
     log = german_log(tmp_path / "far.csv", 0.5)
-    field = page.get_by_label("or the path of a file or folder on this machine")
+    field = page.get_by_label("or the path of a log, a folder or a rig file on this machine")
     field.fill(str(log))
     press(page, "Add")
     page.get_by_role("button", name="Next: Map").wait_for()
@@ -165,7 +166,9 @@ def test_a_folder_adds_its_logs(page: Any, tmp_path: Path) -> None:
     for number in (1, 2):
         german_log(folder / f"run{number}.csv", 0.5, number)
     (folder / "readme.pdf").write_bytes(b"%PDF")
-    page.get_by_label("or the path of a file or folder on this machine").fill(str(folder))
+    page.get_by_label("or the path of a log, a folder or a rig file on this machine").fill(
+        str(folder)
+    )
     press(page, "Add")
     see(page, "run2.csv")
     page.get_by_role("button", name="Next: Map").wait_for()
@@ -318,11 +321,12 @@ def test_dark_colours_stay_over_a_reload(page: Any) -> None:
     assert sum(map(int, re.findall(r"\d+", ground))) < 150
 
 
-def test_no_step_is_wider_than_the_window(page: Any, tmp_path: Path) -> None:
+def test_each_step_fits_the_window(page: Any, tmp_path: Path) -> None:
     """A phone, and a window of 1400 px magnified by 200, 150, 125 and 100 %."""
     logs = [german_log(tmp_path / f"{name}.csv", 2.0, i) for i, name in enumerate(("run", "b"))]
     drop(page, *logs, BENCH)
     page.get_by_role("button", name="Next: Map").wait_for()
+    page.reload()  # without the notes on what was dropped
     for step in ("Load", "Map", "Rig", "Check"):
         page.get_by_role("button", name=re.compile(rf"\d  ?{step}")).click()
         page.get_by_role("heading", name=step, level=1).wait_for()
@@ -330,6 +334,8 @@ def test_no_step_is_wider_than_the_window(page: Any, tmp_path: Path) -> None:
             page.set_viewport_size({"width": width, "height": 844})
             page.wait_for_timeout(300)
             assert page.evaluate("document.documentElement.scrollWidth") <= width, (step, width)
+        # A wide window has the whole step.
+        assert page.evaluate("document.documentElement.scrollHeight") <= 844, step
 
 
 PRESS = """button => { button.click(); return document.body.classList.contains("busy")

@@ -17,6 +17,7 @@ from ehsid.harness.show.page import Block, Heading, Items
 from ehsid.harness.show.rig_check import check_table
 
 from .. import look
+from ..check_look import factors_plot, speeds_plot
 from ..flow import step_states
 from ..jobs import REMARKS, Said
 from .next import SoFarView
@@ -31,7 +32,13 @@ class CheckStep(StepView):
         self._again = self.button("Check again")
         self._again.on_click(page.told(lambda event: self.workbench.check(self.session)))
         self._status, self._result = look.words(""), look.words("")
-        self.layout.objects = [pn.Row(self._again), self._status, self._result]
+        self._record = look.select("record", visible=False)
+        self._record.param.watch(page.told(lambda event: self._draw()), "value")
+        self._plots = pn.Column(sizing_mode="stretch_width")
+        self._found: RigCheckFile | None = None
+        self._made: str | None = None  # of which records and rig
+        told = [pn.Row(self._again), self._status, self._result]
+        self.layout.objects = [look.panes(told, [self._record, self._plots])]
         state = step_states(self.session)["check"]
         if state.open and not state.done:  # it takes seconds, and the step is for it
             self.workbench.check(self.session)
@@ -41,26 +48,36 @@ class CheckStep(StepView):
         job = self.workbench.job(self.session, "check")
         self._status.object = progress(job)
         self._again.disabled = job is not None and job.running
-        self._result.object = self._found()
-
-    def _found(self) -> str:
         folder = self.session.folder
-        result = read_json(folder / "check" / "rig_check.json", RigCheckFile)
+        found = read_json(folder / "check" / "rig_check.json", RigCheckFile)
         remarks = read_json(folder / REMARKS, list[Said])
-        if result is None or remarks is None:
-            return ""
+        if found is None or remarks is None:
+            return
+        self._result.object = self._told(found, remarks)
+        made = self.session.settings.made_of.get("check")
+        if (found, made) != (self._found, self._made):
+            self._found, self._made = found, made
+            names = {one.record: number for number, one in enumerate(found.records)}
+            self._record.param.update(options=names, value=0, visible=len(names) > 1)
+            self._draw()
+
+    def _draw(self) -> None:
+        """Draws the chosen record."""
+        if self._found is None or self._record.value is None:
+            return
+        number, theme = self._record.value, self.page.theme
+        drawn = (
+            factors_plot(self._found.records[number], theme),
+            speeds_plot(self.session, number, theme),
+        )
+        self._plots.objects = [look.drawn(one) for one in drawn if one is not None]
+
+    def _told(self, result: RigCheckFile, remarks: list[Said]) -> str:
         stale = step_states(self.session)["check"].why
         html = f'<p class="bad">{look.plain(stale)}</p>' if stale else ""
         html += _verdict(result, remarks)
-        address = f"/result/{self.session.name}/check"
-        stamp = self.session.settings.made_of.get("check", "")
-        for number, check in enumerate(result.records, start=1):
+        for check in result.records:
             html += _of_record(check, [one.what for one in remarks if one.record == check.record])
-            html += (
-                f'<img src="{address}/rig_check_{number}.png?made={stamp}" loading="lazy" '
-                f'alt="Measured speed of {look.plain(check.record)}, and the speed that the rig '
-                'would have">'
-            )
         between = [one.what for one in remarks if not one.record]
         return html + look.told(*_items("Between the records", between))
 
@@ -120,15 +137,16 @@ class GapStep(StepView):
         self._start = self.button("Start the diagnosis", primary=True)
         self._start.on_click(page.told(lambda event: self.workbench.diagnose(self.session)))
         self._cancel, self._status = self.follow("gap")
-        self._plan, self._result = look.words(""), look.words("")
+        self._plan, self._result, self._report = (look.words("") for _ in range(3))
         self._so_far = SoFarView(self.session.folder, page.theme)
-        self.layout.objects = [
+        work = [
             self._plan,
             pn.Row(self._start, self._cancel),
             self._status,
-            self._so_far.layout,
             self._result,
+            self._so_far.known,
         ]
+        self.layout.objects = [look.panes(work, [self._so_far.plots, self._report], (2, 5))]
 
     def refresh(self) -> None:
         """Shows how the diagnosis goes, and what it found."""
@@ -149,22 +167,24 @@ class GapStep(StepView):
             "</span></p>"
         )
         self._so_far.refresh(running=running)
-        html = "" if running else self._found(state.why)
-        if self._result.object != html:
-            self._result.object = html
+        result, report = ("", "") if running else self._found(state.why)
+        for part, html in ((self._result, result), (self._report, report)):
+            if part.object != html:
+                part.object = html
 
-    def _found(self, why: str) -> str:
+    def _found(self, why: str) -> tuple[str, str]:
+        """Returns the sentence with the files, and the report, as HTML."""
         folder = self.session.folder / "gap"
         found = read_json(folder / "diagnosis.json", Sentence)
         if found is None:
-            return ""
+            return "", ""
         stale = f'<p class="bad">{look.plain(why)}</p>' if why else ""
         address = f"/result/{self.session.name}/gap"
         there = {name: one for name, one in FILE_WORDS.items() if (folder / name).exists()}
         stamp = int((folder / "diagnosis.json").stat().st_mtime)
         return (
             f'{stale}<p class="verdict">{look.plain(found.sentence)}</p>'
-            f"{look.files(address, there)}"
+            f"{look.files(address, there)}",
             f'<iframe src="{address}/report.html?made={stamp}" title="Report of the diagnosis">'
-            "</iframe>"
+            "</iframe>",
         )

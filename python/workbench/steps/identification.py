@@ -55,9 +55,8 @@ class Identification(StepView):
         chosen = look.beside(
             self._record, self._input, self._output, self._orders, self._delays, least="11rem"
         )
-        self.layout.objects = [
-            chosen, pn.Row(self._start, self._cancel), self._status, self._result, self._drawn,
-        ]  # fmt: skip
+        told = [chosen, pn.Row(self._start, self._cancel), self._status, self._result]
+        self.layout.objects = [look.panes(told, [self._drawn], (2, 3))]
 
     def _select(self, words: str, name: str) -> pn.widgets.Select:
         made = look.select(words)
@@ -144,7 +143,7 @@ class Identification(StepView):
             Line(name, opened(folder, name), output.factor, role=role)
             for name, role in roles.items()
         ]
-        residual = Line(RESIDUAL, opened(folder, RESIDUAL), output.factor, role="calibrated")
+        residual = Line(RESIDUAL, opened(folder, RESIDUAL), output.factor)
         residual_unit = f" in {output.unit}" if output.unit else ""
         panels = [Panel(output.label, lines), Panel(f"residual{residual_unit}", [residual])]
         time_s = np.load(folder / f"{TIME}.npy", mmap_mode="r")

@@ -62,16 +62,10 @@ class LoadStep(StepView):
         for entry in self.session.settings.records:  # what a page that was closed has left
             if reading_of(self.session, entry) is None:
                 self.workbench.read(self.session, entry)
-        self.layout.objects = [
-            look.words(DROP),
-            pn.Row(self._path, add, sizing_mode="stretch_width"),
-            self._status,
-            self._records,
-            self._chosen,
-            self._columns,
-            self._plots,
-            self._about,
-        ]
+        path = pn.Row(self._path, add, sizing_mode="stretch_width")
+        logs = [look.words(DROP), path, self._status, self._records, self._about]
+        drawn = [self._chosen, self._columns, self._plots]
+        self.layout.objects = [look.panes(logs, drawn, (2, 3))]
 
     def _add_path(self, event: Any) -> None:
         del event

@@ -56,15 +56,9 @@ class MapStep(StepView):
             page.told(lambda event: self._hold_out(bool(event.new))), "value"
         )
         self._dt.param.watch(page.told(lambda event: self._set_step(event.new)), "value")
-        self.layout.objects = [
-            look.beside(self._chosen, self._held_out),
-            self._status,
-            self._columns,
-            self._rows,
-            self._dt,
-            self._read,
-            self._plots,
-        ]
+        signals = [self._status, self._columns, self._rows, self._dt]
+        read = [look.beside(self._chosen, self._held_out), self._read, self._plots]
+        self.layout.objects = [look.panes(signals, read)]
 
     def _entry(self) -> Entry | None:
         return self.session.entry(self._chosen.value or "")
@@ -159,7 +153,7 @@ class MapStep(StepView):
             about.words,
             options=[GUESS, *dict.fromkeys([*names, *([name] if name else [])])],
             value=name or GUESS,
-            width=230,
+            width=180,
             margin=(2, 8, 2, 0),
             tags=[f"column of {channel}"],  # by which a column that is dropped finds it
         )
@@ -168,7 +162,7 @@ class MapStep(StepView):
             "unit",
             options=list(dict.fromkeys(units)),
             value=unit or AS_LOGGED,
-            width=150,
+            width=120,
             margin=(2, 12, 2, 0),
             disabled=not name,
         )
@@ -180,7 +174,7 @@ class MapStep(StepView):
             f"ondrop=\"ehsidTake(event, 'column of {channel}')\">{_taken(channel, reading)}</p>"
         )
         text.sizing_mode = None
-        text.styles = {"flex": "1 1 16rem", "width": "auto"}
+        text.styles = {"flex": "1 1 14rem", "width": "auto"}
         return pn.FlexBox(column, of, text, align_items="end", sizing_mode="stretch_width")
 
     def _draw(self, entry: Entry, reading: Reading) -> None:

@@ -110,19 +110,10 @@ class NextStep(StepView):
         self._pack = self.button("Pack everything into one archive")
         self._pack.on_click(page.told(lambda event: self.workbench.pack(self.session)))
         self._shown: object = None
-        self.layout.objects = [
-            self._now,
-            self._plots,
-            self._steps,
-            self._rig,
-            pn.FlexBox(self._adopt, self._begin),
-            self._adopted,
-            self._controller.layout,
-            self._header.layout,
-            self._files,
-            pn.Row(self._pack),
-            self._packing,
-        ]
+        now = [self._now, self._plots, self._steps, self._rig]
+        now += [pn.FlexBox(self._adopt, self._begin), self._adopted]
+        files = [self._controller.layout, self._header.layout, self._files, pn.Row(self._pack)]
+        self.layout.objects = [look.panes(now, [*files, self._packing])]
 
     def _use(self, event: Any) -> None:
         del event
@@ -214,28 +205,27 @@ BARS = {
 
 
 class SoFarView:
-    """A part of the step Gap; it is empty while nothing is known."""
+    """Parts of the step Gap, which are empty while nothing is known: `known` and `plots`."""
 
     def __init__(self, session: Path, theme: str) -> None:
         self._session, self._theme = session, theme
-        self._known = look.words("")
-        self._plots = pn.Column(sizing_mode="stretch_width")
+        self.known = look.words("")
+        self.plots = pn.Column(sizing_mode="stretch_width")
         self._folder: Path | None = None
         self._drawn: Column | None = None
-        self.layout = pn.Column(self._known, self._plots, sizing_mode="stretch_width")
 
     def refresh(self, *, running: bool) -> None:
         """Shows the last stage that is known."""
         found = latest(self._session) if running else None
         if found is None:
-            self._folder, self._known.object, self._plots.objects = None, "", []
+            self._folder, self.known.object, self.plots.objects = None, "", []
             self._drawn = None
             return
         folder, known = found
         if folder == self._folder:
             return
         self._folder = folder
-        self._known.object = _words(known)
+        self.known.object = _words(known)
         if known.stage == "values" or not known.runs:
             return
         plots = _plots(folder, known, self._theme)
@@ -243,7 +233,7 @@ class SoFarView:
             seen = self._drawn.children[0].x_range
             plots.children[0].x_range.update(start=seen.start, end=seen.end)
         self._drawn = plots
-        self._plots.objects = [plots]
+        self.plots.objects = [plots]
 
 
 def _plots(folder: Path, known: SoFar, theme: str) -> Column:

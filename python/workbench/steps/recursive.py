@@ -71,19 +71,18 @@ class Recursive(StepView):
             "firmware, on this record. It takes the orders that were identified, and follows "
             "every choice.</p>"
         )
-        self.layout.objects = [
-            title,
+        choices = [
             look.beside(*self._orders.values(), least="6rem"),
             look.beside(self._method, self._policy, self._reset, least="14rem"),
             self._about,
             self._sliders,
             self._status,
             self._outcome,
-            self._drawn,
             self._end,
             self._write,
             self._links,
         ]
+        self.layout.objects = [title, look.panes(choices, [self._drawn], (2, 3))]
 
     def _select(self, words: str, options: Any, name: str) -> pn.widgets.Select:
         made = look.select(words, options=options, value=getattr(self._choice, name))

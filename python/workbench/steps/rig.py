@@ -222,7 +222,7 @@ class RigStep(StepView):
         self._use = self.button("Use this rig file")
         self._use.align = "end"
         self._use.on_click(page.told(self._use_path))
-        self._form = pn.Column()
+        self._form = pn.Column(sizing_mode="stretch_width")
         self._drawing, self._values = look.words(""), look.words("")
         self._shown: object = None
         self._build()
@@ -235,7 +235,7 @@ class RigStep(StepView):
         if self._given_as_file:
             anew = self.button("Describe the machine anew")
             anew.on_click(self.page.told(self._anew))
-            self.layout.objects = [self._values, anew]
+            self.layout.objects = [look.panes([anew], [self._values], (1, 3))]
             return
         self._fields, self._problems = {}, {}
         questions = QUESTIONS[self._known.plant]
@@ -254,9 +254,7 @@ class RigStep(StepView):
             *self._flags(),
             look.beside(*further, least="13rem"),
         ]
-        beside = look.beside(self._form, self._drawing, least="24rem")
-        self._drawing.styles |= {"position": "sticky", "top": "1rem"}
-        self.layout.objects = [beside, self._values]
+        self.layout.objects = [look.panes([self._form], [self._drawing, self._values])]
         self._redraw()
 
     def _field(self, question: Question) -> pn.Column:
