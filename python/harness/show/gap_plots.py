@@ -34,10 +34,10 @@ from ..base.numbers import FloatArray
 from ..catalogue.channels import shown_channel
 from ..catalogue.parameters import plant_parameters
 from ..catalogue.spellings import ParameterKey
-from ..diagnosis import schema
 from ..diagnosis.edits import EditRun
 from ..diagnosis.result import Diagnosis, HeldOutRun
 from ..diagnosis.schema import Calibrated, Estimate, HowFar
+from ..diagnosis.schema import Span as ShareOfTime
 from ..records import Record
 from .gap_words import SIMULATIONS, first_upper, interval, plain_name, quantity, unit_of, value_name
 from .page import Bar, Block, Column, Folded, Heading, Mark, Plot, Scale, Table, Tagged, Timeline
@@ -352,7 +352,7 @@ def _on_axis(sigmas: float) -> float | None:
     return _inside(50.0 + 50.0 * sigmas / AXIS_SIGMAS)
 
 
-def timelines(spans: Sequence[schema.Span]) -> list[Timeline]:
+def timelines(spans: Sequence[ShareOfTime]) -> list[Timeline]:
     """Returns the shares of the gap over time, with one time axis for each record.
 
     The largest share of all records has the full height.
