@@ -220,6 +220,8 @@ def _range(case: Case, effect: str, start: Mapping[str, float]) -> tuple[float, 
     for parameter in info.parameters:
         size, power = abs(start[parameter.name] - parameter.neutral), parameter.power
         end = (parameter.maximum if power > 0.0 else parameter.minimum) - parameter.neutral
+        if parameter.unit == "N":  # against a larger force the machine does not move
+            end = min(end, scale.force_n)
         if power != 0.0 and size > 0.0 and end > 0.0:
             most = min(most, math.log(end / size) / power)
     low, high = -WIDEST, 0.0

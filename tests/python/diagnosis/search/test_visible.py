@@ -6,6 +6,7 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -18,6 +19,7 @@ from ehsid.harness.catalogue.spellings import effect_values
 from ehsid.harness.diagnosis.deciding import EFFECT, EVIDENCE, FALSE_ALARM, MISSED
 from ehsid.harness.diagnosis.model.case import make_case
 from ehsid.harness.diagnosis.model.parameters import effect_parameters
+from ehsid.harness.diagnosis.model.scale import machine_scale
 from ehsid.harness.diagnosis.search.candidates import calibrate
 from ehsid.harness.diagnosis.search.intervals import matters
 from ehsid.harness.diagnosis.search.visible import (
@@ -220,3 +222,10 @@ def test_least_sizes_and_effects_that_no_size_shows(ground: Ground) -> None:
     # Threshold of a new valve: 0.4 % of full opening.
     assert always.size == pytest.approx(0.004, rel=0.02)
     assert decided.size == decided.sizes[decided.parameter] > 1e-3
+
+
+def test_no_force_is_told_against_which_the_machine_does_not_move(ground: Ground) -> None:
+    """What the record leaves hides so much that without this bound larger ones would be told."""
+    hardly = replace(ground, left=1e6 * ground.left)
+    found = smallest(hardly, FORCE)
+    assert found.limit == "none" or found.size <= machine_scale(RIG).force_n
