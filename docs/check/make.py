@@ -2,8 +2,8 @@
 """Makes the results of docs/check.md: python docs/check/make.py [FOLDER]
 
 Runs `ehsid gap-check` for each of CHECKS and scores their cases together; the page with its
-pictures is kept. This takes two hours on two cores. With a FOLDER, which has a folder for each seed,
-a run that was stopped continues, and finished runs are scored again.
+pictures is kept. This takes an hour on two cores. With a FOLDER, in which each seed has a folder, a
+run that was stopped continues, and finished runs are scored again.
 """
 
 from __future__ import annotations
