@@ -45,6 +45,8 @@ AXIS_NUISANCES = (
 
 # Smallest size of an effect in a fit, as a share of its largest size. A smaller effect is off.
 SMALLEST_SHARE = 1e-5
+# The least force, whose range reaches from small axes to presses.
+SMALLEST_N = 0.2
 
 
 @dataclass(frozen=True)
@@ -216,7 +218,8 @@ def effect_parameters(
             # A force or a bias can have either sign, so that x cannot be a logarithm.
             converted = Parameter(name, False, 0.0, math.inf, parameter.minimum, parameter.maximum)
         else:
-            low = max(parameter.minimum, SMALLEST_SHARE * parameter.maximum)
+            least = SMALLEST_N if parameter.unit == "N" else SMALLEST_SHARE * parameter.maximum
+            low = max(parameter.minimum, least)
             converted = Parameter(
                 name,
                 True,
