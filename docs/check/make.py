@@ -23,6 +23,7 @@ CHECKS = {
     74002: (48, ("plain", "hard", "confusable", "wide")),
     74003: (32, ("slow", "linkage")),
     74005: (60, ("slow", "linkage", "abroad")),
+    74006: (24, ("field", "wide", "hard")),
 }
 
 
