@@ -30,16 +30,16 @@ from ..show.verdict_words import VERDICTS
 from ..simulators.callables import rig_around, with_function
 from .record import Record, Source, record_of
 from .rig import Rig, RigSource, rig_of
-from .tables import Shown
+from .tables import Shown, Tabular
 from .wording import in_python, log_reading, progress_of
 
 if TYPE_CHECKING:
-    import pandas as pd
+    import numpy.typing as npt
     import polars as pl
     from matplotlib.figure import Figure
 
 
-class Diagnosis(Shown):
+class Diagnosis(Tabular, Shown):
     """The findings of `diagnose`.
 
     Attributes
@@ -149,23 +149,19 @@ class Diagnosis(Shown):
         return out
 
     def to_polars(self) -> pl.DataFrame:
-        """Returns the held-out samples with their simulations, as in simulation.csv."""
-        from ..show.gap_page import simulation_table
-
-        return simulation_table(self.result.runs)
-
-    def to_pandas(self) -> pd.DataFrame:
-        """Returns the same as a DataFrame of pandas.
+        """Returns the held-out samples with their simulations, as in simulation.csv.
 
         Raises
         ------
         ModuleNotFoundError
-            pandas is not installed.
+            polars is not installed.
         """
-        from .tables import pandas_frame
+        return super().to_polars().fill_nan(None)
 
-        frame = self.to_polars()
-        return pandas_frame({name: frame[name].to_numpy() for name in frame.columns})
+    def _columns(self) -> Mapping[str, npt.ArrayLike]:
+        from ..show.gap_page import simulation_table
+
+        return simulation_table(self.result.runs)
 
     def _line(self) -> str:
         title = VERDICTS[self.result.verdict].title

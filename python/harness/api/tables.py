@@ -9,6 +9,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Iterable, Mapping, Sequence
 from html import escape
+from importlib import import_module
 from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
@@ -86,10 +87,15 @@ class Tabular(ABC):
         """Returns the columns by name."""
 
     def to_polars(self) -> pl.DataFrame:
-        """Returns the columns as a DataFrame of polars."""
-        import polars as pl
+        """Returns the columns as a DataFrame of polars.
 
-        return pl.DataFrame(dict(self._columns()))
+        Raises
+        ------
+        ModuleNotFoundError
+            polars is not installed.
+        """
+        frame: pl.DataFrame = self._frame("polars", "pandas")
+        return frame
 
     def to_pandas(self) -> pd.DataFrame:
         """Returns the columns as a DataFrame of pandas.
@@ -99,26 +105,19 @@ class Tabular(ABC):
         ModuleNotFoundError
             pandas is not installed.
         """
-        return pandas_frame(self._columns())
+        frame: pd.DataFrame = self._frame("pandas", "polars")
+        return frame
 
-
-def pandas_frame(columns: Mapping[str, npt.ArrayLike]) -> pd.DataFrame:
-    """Returns columns as a DataFrame of pandas.
-
-    Raises
-    ------
-    ModuleNotFoundError
-        pandas is not installed.
-    """
-    try:
-        import pandas as pd
-    except ModuleNotFoundError as error:
-        raise ModuleNotFoundError(
-            "to_pandas() needs the package pandas, which is not installed: install it with "
-            "pip install pandas, or take to_polars()",
-            name=error.name,
-        ) from None
-    return pd.DataFrame(dict(columns))
+    def _frame(self, package: str, other: str) -> Any:
+        try:
+            frames = import_module(package)
+        except ModuleNotFoundError as error:
+            raise ModuleNotFoundError(
+                f"to_{package}() needs the package {package}, which is not installed: install it "
+                f"with pip install {package}, or take to_{other}()",
+                name=error.name,
+            ) from None
+        return frames.DataFrame(dict(self._columns()))
 
 
 def time_column(dt_s: float | None, index: npt.NDArray[Any]) -> dict[str, npt.NDArray[Any]]:

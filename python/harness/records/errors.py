@@ -23,6 +23,8 @@ from io import BytesIO
 from pathlib import Path
 from typing import Any, Self
 
+from ..base.error_words import install_line
+
 MAX_NAMES_LISTED = 12
 
 
@@ -132,6 +134,16 @@ def missing_column(file: Path | str, wanted: str, existing: Iterable[str], why: 
         column=wanted,
         expected=why,
         mend=f"{hint}, or name the columns to use",
+    )
+
+
+def missing_package(file: Path | str, package: str, does: str) -> RecordError:
+    """Returns the error for a file whose kind needs a package that is not installed."""
+    return RecordError(
+        file,
+        f"the package '{package}', which {does} files of this kind, is not installed",
+        expected="the packages for logs",
+        mend=f"install them with: {install_line('logs')}",
     )
 
 

@@ -8,6 +8,7 @@ import hashlib
 import os
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from importlib.util import find_spec
 from io import BytesIO
 from pathlib import Path
 from types import MappingProxyType
@@ -16,10 +17,11 @@ from typing import Any, Literal
 import numpy as np
 import numpy.typing as npt
 
+from ..base.csv_text import csv_text
 from ..base.files import replacing
 from ..catalogue.channels import CHANNELS, TIME
 from .checks import Gap, Jitter, analyse_time, check_columns
-from .errors import RecordError, missing_column
+from .errors import RecordError, missing_column, missing_package
 from .units import is_convertible
 
 MOST_LISTED = 12  # names of columns in a remark
@@ -348,18 +350,15 @@ def record_bytes(record: Record, path: str | os.PathLike[str]) -> bytes:
 
 
 def _encode(columns: dict[str, npt.NDArray[np.float64]], kind: Format) -> bytes:
-    # Only the library of the file's format is imported: polars and scipy take long to import.
     buffer = BytesIO()
     match kind:
         case "csv":
-            import polars as pl
-
-            pl.DataFrame(columns).write_csv(buffer)
+            return csv_text(columns).encode()
         case "csv.gz":
             # Without a time stamp, the same record always gives the same bytes.
             return gzip.compress(_encode(columns, "csv"), compresslevel=6, mtime=0)
         case "parquet":
-            import polars as pl
+            import polars as pl  # takes long, as does scipy
 
             pl.DataFrame(columns).write_parquet(buffer)
         case "mat":
@@ -373,15 +372,17 @@ def _encode(columns: dict[str, npt.NDArray[np.float64]], kind: Format) -> bytes:
 
 
 def format_of(path: Path) -> Format:
-    """Returns the format that belongs to the ending of the name, in upper or lower case.
+    """Returns the format to write by the ending of the name, in upper or lower case.
 
     Raises
     ------
     RecordError
-        the ending is unknown.
+        the ending is unknown, or the package that writes the format is not installed.
     """
     for ending in FORMATS:
         if path.name.lower().endswith("." + ending):
+            if ending == "parquet" and find_spec("polars") is None:
+                raise missing_package(path, "polars", "writes")
             return ending
     raise unknown_ending(path, sorted(FORMATS))
 

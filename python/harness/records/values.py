@@ -1,7 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""What the values in a log mean: numbers in any notation, dates, and numbers for no value.
-
-Moments become seconds since the first row.
+"""What the values in a log mean: numbers in any notation, and numbers for no value.
 
 Numbers such as -9999 and 9.9E37 stand for no value, and are told apart from true extremes. A true
 extreme is reached: a position at its end stop and a sensor at its limit have neighbours among the
@@ -13,11 +11,10 @@ no value that no full scale has.
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
-from itertools import product
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
@@ -26,133 +23,16 @@ from ..base.numbers import FloatArray
 from ..catalogue.channels import CHANNELS, COMMAND, TIME
 from .errors import RecordError
 
-if TYPE_CHECKING:
-    import polars as pl
-
-
 CORRECT_CELL = "correct the cell, or name the columns to use"
-DAY_S = 86_400.0
-TRIED_ROWS = 50
-SECONDS = {"ns": 1e-9, "us": 1e-6, "ms": 1e-3, "d": DAY_S}
 
-_DAYS = ("%Y-%m-%d", "%Y/%m/%d", "%Y.%m.%d", "%d.%m.%Y", "%m/%d/%Y", "%d/%m/%Y", "%d-%m-%Y",
-         "%m-%d-%Y", "%d.%m.%y", "%m/%d/%y", "%d/%m/%y")  # fmt: skip
-_TIMES = ("%H:%M:%S%.f", "%H:%M:%S", "%I:%M:%S%.f %p", "%I:%M:%S %p", "%H:%M")
-_NO_DAY = "2000-01-01 "
-_CLOCK = r"\d:\d{2}(?::\d{2}(?:\.\d+)?)?(?: [AP]M)?"
-# Offsets from UTC by name, in minutes.
-_ZONES = {"Z": 0, "UTC": 0, "GMT": 0, "CET": 60, "MEZ": 60, "CEST": 120, "MESZ": 120}
-_ZONE = rf"(?i)({_CLOCK}) ?({'|'.join(sorted(_ZONES, key=len, reverse=True))})?"
-_OFFSET = r"(?:([+-])(\d{1,2}):?(\d{2})?)?$"
+EMPTY = frozenset({"", "-", "--", "---", "n/a", "na", "nan", "null", "none", "#n/a", "nil"})
+_DIGITS_AND_MARKS = dict.fromkeys(map(ord, "0123456789.,+-eE\n"))
 
 # A number with a prefix of the SI, a unit, or both behind it: "-5.7m", "3k", "12.5 mV".
 WITH_PREFIX = re.compile(
     r"([+-]?(?:\d+[.,]?\d*|[.,]\d+))\s?(?=\S)([fpnuµμmkKMGT]|[Mm]eg)?(?:V|A|m|s|Hz|N|Pa|bar)?"
 )
 POWERS = {"f": -15, "p": -12, "n": -9, "u": -6, "m": -3, "k": 3, "K": 3, "M": 6, "G": 9, "T": 12}
-
-
-@dataclass(frozen=True)
-class Stamps:
-    """Moments of a column of text."""
-
-    time_s: FloatArray
-    """Seconds since the first row, shape (n,), NaN where there is none."""
-    bad: npt.NDArray[np.bool_]
-    """Whether a cell holds text that is no moment of the form of the others, shape (n,)."""
-    local: bool
-    """Whether the times are those of a place without their offset from UTC, so that the clock may
-    have been put forward or back."""
-
-
-def moments(text: pl.Series) -> Stamps | None:
-    """Returns the moments in a column of text, in the form that most of its first cells have.
-
-    None if most of these cells are no dates. A date such as 03/04/2024 is read with the month first
-    or the day first, whichever fits more cells, and else gives the shorter record. Times of day
-    without a date go on over midnight.
-    """
-    clean = (
-        text.str.strip_chars()
-        .str.replace(r"(\d)T(\d)", "${1} ${2}")
-        .str.replace(r"\s+", " ")
-        .str.replace(r"(\d:\d{2}:\d{2})[,:](\d+)", "${1}.${2}")
-        .str.replace(r"(?i)(\d) ?([AP])\.?M\b\.?", "${1} ${2}M")
-    )
-    offset_s, zoned = _offsets(clean)
-    local = not zoned.any()
-    clean = clean.str.replace(_ZONE + _OFFSET, "${1}")
-    head = clean.drop_nulls().head(TRIED_ROWS)
-    best: tuple[int, float] | None = None
-    found: Stamps | None = None
-    for pattern in [*(f"{day} {time}" for day, time in product(_DAYS, _TIMES)), *_DAYS, *_TIMES]:
-        with_day = "%d" in pattern
-        shown = pattern if with_day else f"%Y-%m-%d {pattern}"
-        if 2 * _parsed(head if with_day else _NO_DAY + head, shown).null_count() >= len(head):
-            continue
-        parsed = _parsed(clean if with_day else _NO_DAY + clean, shown)
-        time_s = _since_first(parsed)
-        time_s = time_s - (offset_s - offset_s[int(np.argmax(~np.isnan(time_s)))])
-        if not with_day:
-            time_s = _over_midnight(time_s)
-        # Among moments with an offset from UTC, one without it cannot be placed.
-        bad = clean.is_not_null().to_numpy() & (parsed.is_null().to_numpy() | ~(zoned | local))
-        worth = (int(np.count_nonzero(bad)), float(np.nanmax(time_s) - np.nanmin(time_s)))
-        if best is None or worth < best:
-            best, found = worth, Stamps(time_s, bad, local)
-    return found
-
-
-def _offsets(clean: pl.Series) -> tuple[FloatArray, npt.NDArray[np.bool_]]:
-    """Returns the offset of each cell from UTC in seconds, and whether it states one."""
-    import polars as pl
-
-    parts = clean.str.extract_groups(_ZONE + _OFFSET).struct.unnest()
-    names, signs, hours, minutes = (parts.to_series(k) for k in range(1, 5))
-    by_name = names.str.to_uppercase().replace_strict(_ZONES, default=0, return_dtype=pl.Int64)
-    shift = hours.cast(pl.Int64).fill_null(0) * 60 + minutes.cast(pl.Int64).fill_null(0)
-    sign = (signs == "-").fill_null(False).cast(pl.Int64) * -2 + 1
-    total = 60.0 * (by_name.fill_null(0) + sign * shift).cast(pl.Float64).to_numpy()
-    stated = (names.is_not_null() | signs.is_not_null()).to_numpy()
-    return np.asarray(total, dtype=np.float64), stated
-
-
-def _parsed(text: pl.Series, pattern: str) -> pl.Series:
-    return text.str.to_datetime(pattern, time_unit="ns", strict=False)
-
-
-def _since_first(stamps: pl.Series, tick_s: float = 1e-9) -> FloatArray:
-    """Returns seconds since the first moment; whole ticks are subtracted exactly."""
-    import polars as pl
-
-    ticks = stamps.cast(pl.Int64)
-    first = ticks.drop_nulls()[0]
-    since = (ticks - first).cast(pl.Float64).fill_null(float("nan")).to_numpy()
-    return np.asarray(since * tick_s, dtype=np.float64)
-
-
-def _over_midnight(time_s: FloatArray) -> FloatArray:
-    there = ~np.isnan(time_s)
-    since = time_s[there]
-    back = np.diff(since, prepend=since[:1]) < -0.75 * DAY_S
-    made = time_s.copy()
-    made[there] = since + DAY_S * np.cumsum(back)
-    return made
-
-
-def from_datetimes(stamps: pl.Series) -> FloatArray:
-    """Returns seconds since the first of typed moments, times of day or durations.
-
-    They are counted in their own unit: in nanoseconds, only the years 1677 to 2262 have room. With
-    a time zone, what counts is stored in UTC and runs on over the change of summer time.
-    """
-    import polars as pl
-
-    if stamps.null_count() == len(stamps):
-        return np.full(len(stamps), np.nan)
-    unit = "d" if stamps.dtype == pl.Date else getattr(stamps.dtype, "time_unit", None) or "ns"
-    found = _since_first(stamps.to_physical(), SECONDS[unit])
-    return _over_midnight(found) if stamps.dtype == pl.Time else found
 
 
 @dataclass(frozen=True)
@@ -166,53 +46,97 @@ class Marks:
     doubtful: str | None = None
     """A number that can be read in two ways, or None."""
 
-    def plain(self, text: pl.Series) -> pl.Series:
-        """Returns the numbers with a decimal point; with a mark of neither use they stay text."""
+    def plain(self, text: str) -> str:
+        """Returns numbers with a decimal point; with a mark of neither use they are none."""
         if self.thousands is not None:
-            text = text.str.replace_all(self.thousands, "", literal=True)
-        if self.decimal == ",":
-            # A point would pass for the decimal one.
-            text = text.str.replace_all(".", "?", literal=True)
-            text = text.str.replace(",", ".", literal=True)
-        return text
+            text = text.replace(self.thousands, "")
+        # A point would pass for the decimal one.
+        return text.replace(".", "?").replace(",", ".") if self.decimal == "," else text
 
 
-def marks_of(column: pl.Series, usual: str) -> Marks:
+class Cells:
+    """The cells of a column of text, without blanks around them; "" is an empty one.
+
+    They are kept in blocks with a cell on each line: single texts would take six times the memory.
+    """
+
+    def __init__(self) -> None:
+        self._blocks: list[str] = []
+
+    def append(self, cells: Sequence[str]) -> None:
+        """Appends cells; words for an empty one become empty."""
+        block = "\n".join(cells)
+        if block.translate(_DIGITS_AND_MARKS) or "-\n" in f"{block}\n":
+            stripped = map(str.strip, cells)
+            block = "\n".join("" if cell.lower() in EMPTY else cell for cell in stripped)
+        self._blocks.append(block)
+
+    def __iter__(self) -> Iterator[str]:
+        for block in self._blocks:
+            yield from block.split("\n")
+
+    def __len__(self) -> int:
+        return sum(block.count("\n") + 1 for block in self._blocks)
+
+    def numbers(self, marks: Marks) -> tuple[FloatArray, npt.NDArray[np.bool_]]:
+        """Returns the numbers, NaN where there is none, and where text is no number."""
+        values, unread = zip(*(numbers_in(block, marks) for block in self._blocks), strict=True)
+        return np.concatenate(values), np.concatenate(unread)
+
+
+def marks_of(cells: Iterable[str], usual: str) -> Marks:
     """Returns the marks of a column in a file whose decimal mark is usually `usual`.
 
     "1.000" beside "999" or "1,5" is a thousand; where all cells are like "1.234", it may be both.
     """
     other = "." if usual == "," else ","
-    text = column.drop_nulls().str.strip_chars()
-    has_other = text.str.contains(other, literal=True)
-    marked, rest = text.filter(has_other), text.filter(~has_other)
-    if len(marked):
+    text = [*filter(None, cells)]
+    if marked := [cell for cell in text if other in cell]:
+        rest = [cell for cell in text if other not in cell]
         if _all(marked, rf"[1-9]\d{{0,2}}(?:\{other}\d{{3}})+(?:\{usual}\d*)?"):
-            several = marked.str.count_matches(other, literal=True).max() != 1
-            sure = several or marked.str.contains(usual, literal=True).any()
-            fewer = rest.filter(rest.str.contains(r"\d"))
-            if (sure or len(fewer)) and _all(fewer, rf"\d{{1,3}}(?:\{usual}\d*)?"):
+            sure = any(cell.count(other) > 1 or usual in cell for cell in marked)
+            fewer = [cell for cell in rest if re.search(r"\d", cell)]
+            if (sure or fewer) and _all(fewer, rf"\d{{1,3}}(?:\{usual}\d*)?"):
                 return Marks(usual, other)
-            return Marks(usual, doubtful=str(marked[0]))
-        if not text.str.contains(usual, literal=True).any() and _all(
+            return Marks(usual, doubtful=marked[0])
+        if not any(usual in cell for cell in text) and _all(
             marked, rf"(?:\d+\{other}\d*|\{other}\d+)(?:[eEdD][+-]?\d+)?"
         ):
             return Marks(other)
         return Marks(usual)
-    has_usual = text.str.contains(usual, literal=True)
-    marked, rest = text.filter(has_usual), text.filter(~has_usual)
-    if (
-        len(marked)
-        and _all(marked, rf"[1-9]\d{{0,2}}(?:\{usual}\d{{3}})+")
-        and _all(rest, r"\d{1,3}")
-        and rest.str.contains(r"\d{3}").any()
-    ):
-        return Marks(other, usual)
+    marked = [cell for cell in text if usual in cell]
+    if marked and _all(marked, rf"[1-9]\d{{0,2}}(?:\{usual}\d{{3}})+"):
+        rest = [cell for cell in text if usual not in cell]
+        if _all(rest, r"\d{1,3}") and any(re.search(r"\d{3}", cell) for cell in rest):
+            return Marks(other, usual)
     return Marks(usual)
 
 
-def _all(cells: pl.Series, pattern: str) -> bool:
-    return bool(cells.str.contains(rf"^[+-]?{pattern}$").all())
+def _all(cells: Iterable[str], pattern: str) -> bool:
+    return all(map(re.compile(rf"[+-]?{pattern}", re.ASCII).fullmatch, cells))
+
+
+def numbers_in(text: str, marks: Marks) -> tuple[FloatArray, npt.NDArray[np.bool_]]:
+    """Returns the numbers in cells, one on a line, and where there is text that is no number.
+
+    They are NaN where a cell is empty or no number.
+    """
+    cells = marks.plain(text).split("\n")
+    numbers = plain_numbers(cells)
+    if numbers is not None:
+        return numbers, np.zeros(len(cells), np.bool_)
+    each = [plain_numbers([re.sub(r"[dD]([+-]?[0-9]+)$", r"e\1", cell)]) for cell in cells]
+    unread = np.array([one is None for one in each])
+    return np.array([np.nan if one is None else one[0] for one in each]), unread
+
+
+def plain_numbers(cells: Sequence[str]) -> FloatArray | None:
+    """Returns the numbers in cells, NaN for an empty one; None where there is anything else."""
+    text = "".join(cells)
+    if text.isascii() and "_" not in text:  # Python also accepts 1_000 and Arabic digits
+        with suppress(ValueError):
+            return np.array([float(cell or "nan") for cell in cells])
+    return None
 
 
 def no_number(

@@ -6,6 +6,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
+from ..base.csv_text import csv_text
 from ..base.encoding import json_text
 from ..base.files import write_text
 from ..diagnosis.edits import EditRun, EditTest
@@ -105,5 +106,5 @@ def write_edit(folder: Path, result: EditTest, runs: Sequence[EditRun]) -> None:
     """Writes edit.json, simulation.csv and edit.html into a folder that exists."""
     write_text(folder / "edit.json", json_text(result))
     table = simulation_table(runs, tuple(SIMULATIONS))
-    write_text(folder / "simulation.csv", table.write_csv())
+    write_text(folder / "simulation.csv", csv_text(table))
     write_page(folder / "edit.html", edit_page(result, runs))

@@ -9,10 +9,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
-import polars as pl
+import numpy.typing as npt
 
+from ..base.csv_text import csv_text
 from ..base.files import write_text
 from ..catalogue.channels import shown_channel
 from ..diagnosis.edits import EditRun
@@ -301,7 +303,7 @@ def write_diagnosis(
         the file system refuses to write.
     """
     write_text(folder / "diagnosis.json", diagnosis_text(diagnosis, records, rig_file))
-    write_text(folder / "simulation.csv", simulation_table(diagnosis.runs).write_csv())
+    write_text(folder / "simulation.csv", csv_text(simulation_table(diagnosis.runs)))
     write_text(folder / "rig.augmented.toml", rig_text(diagnosis.augmented_rig))
     if diagnosis.next_record is not None:
         content = record_bytes(diagnosis.next_record, NEXT_EXPERIMENT)
@@ -321,33 +323,33 @@ def write_diagnosis(
 
 def simulation_table(
     runs: Sequence[HeldOutRun | EditRun], kinds: Sequence[str] = tuple(SIMULATIONS)
-) -> pl.DataFrame:
+) -> dict[str, npt.NDArray[Any]]:
     """Returns the samples inside windows with their simulations, one row for each sample.
 
     The columns are `record`, `time_s`, `window`, and for each output `OUTPUT_measured` and its
     simulations, such as `_nominal`, `_calibrated` and `_augmented`, which are fields of the runs.
-    Cells are empty where a record lacks the output. Numbers have nine significant digits.
+    They are NaN where a record lacks the output. Numbers have nine significant digits.
     """
     names = list(dict.fromkeys(name for run in runs for name in run.measured))
     parts = [_part(run, names, ("measured", *kinds)) for run in runs]
     if not parts:
-        return pl.DataFrame(schema={"record": pl.String, "time_s": pl.Float64, "window": pl.Int64})
-    return pl.concat(parts).with_columns(pl.selectors.float().fill_nan(None).round_sig_figs(DIGITS))
+        return {"record": np.array([], str), "time_s": np.array([]), "window": np.array([], int)}
+    return {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
 
 
-def _part(run: HeldOutRun | EditRun, names: Sequence[str], kinds: Sequence[str]) -> pl.DataFrame:
+def _part(
+    run: HeldOutRun | EditRun, names: Sequence[str], kinds: Sequence[str]
+) -> dict[str, npt.NDArray[Any]]:
     inside = run.window >= 0
     empty = np.full(run.time_s.size, np.nan)
-    columns = {
-        f"{name}_{kind}": getattr(run, kind).get(name, empty)[inside]
-        for name in names
-        for kind in kinds
+    numbers = {"time_s": run.time_s, "window": run.window} | {
+        f"{name}_{kind}": getattr(run, kind).get(name, empty) for name in names for kind in kinds
     }
-    return pl.DataFrame(
-        {
-            "record": [run.record] * int(inside.sum()),
-            "time_s": run.time_s[inside],
-            "window": run.window[inside],
-            **columns,
-        }
-    )
+    records = {"record": np.full(np.count_nonzero(inside), run.record)}
+    return records | {name: _rounded(values[inside]) for name, values in numbers.items()}
+
+
+def _rounded(values: npt.NDArray[Any]) -> npt.NDArray[Any]:
+    if values.dtype.kind != "f":
+        return values
+    return np.array([float(f"{value:.{DIGITS}g}") for value in values.tolist()])

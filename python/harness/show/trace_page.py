@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
+from ..base.csv_text import csv_text
 from ..base.files import write_text
 from ..catalogue.channels import shown_channel
 from ..catalogue.spellings import ParameterKey
@@ -50,7 +51,7 @@ def write_traces(
         path of the rig file, as the user gave it; "" without one.
     """
     write_text(folder / "diagnosis.json", diagnosis_text(diagnosis, records, rig_file))
-    write_text(folder / "simulation.csv", simulation_table(diagnosis.runs).write_csv())
+    write_text(folder / "simulation.csv", csv_text(simulation_table(diagnosis.runs)))
     write_text(folder / "report.html", render_traces(diagnosis, records))
 
 

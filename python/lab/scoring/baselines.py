@@ -22,7 +22,6 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
-import polars as pl
 
 import ehsid
 from ehsid.harness.catalogue.channels import CHANNELS, POSITION, REQUIRED_COLUMNS
@@ -335,7 +334,8 @@ def independent_samples(out: Path, name: str, findings: Findings) -> float | Non
     path = out / CASES / name / "train.csv"
     if not path.is_file():
         return None
-    time_s = pl.read_csv(path, columns=["time_s"])["time_s"].to_numpy()
+    time_s = read_record(path, columns=REQUIRED_COLUMNS).time_s
+    assert time_s is not None
     seconds = float(time_s[-1] - time_s[0])
     return INDEPENDENT_HZ * seconds * max(1, len(findings.settings.get("outputs", ())))
 

@@ -16,8 +16,7 @@ from pathlib import Path
 from pkgutil import iter_modules
 from typing import NamedTuple
 
-from ...base.error_words import install_line
-from ..errors import RecordError, bounded_memory, decompress, read_file
+from ..errors import RecordError, bounded_memory, decompress, missing_package, read_file
 from ..log import Kind, Log, Table
 from ..record import FORMATS, unknown_ending
 
@@ -137,12 +136,7 @@ def opened(path: Path) -> Iterator[tuple[Log | Table, str, str]]:
         except ModuleNotFoundError as error:
             if error.name is None or error.name.startswith("ehsid"):
                 raise
-            raise RecordError(
-                path,
-                f"the package '{error.name}', which reads files of this kind, is not installed",
-                expected="the packages that read logs",
-                mend=f"install them with: {install_line('logs')}",
-            ) from None
+            raise missing_package(path, error.name, "reads") from None
         yield content, name, sha256
 
 

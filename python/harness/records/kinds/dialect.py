@@ -15,13 +15,12 @@ from dataclasses import dataclass
 from ...catalogue.channels import CHANNELS
 from ..names import means
 from ..units import looks_like_a_unit
-from ..values import WITH_PREFIX
+from ..values import EMPTY, WITH_PREFIX
 
 SAMPLE_LINES = 400  # header blocks of loggers are shorter than half of these
 DELIMITERS = ("\t", ";", "|", ",", " ")  # in the order in which they win a tie
 SURE_ROWS = 3
 LEAST_SCORE = 0.6  # share of cells of the data that are numbers or dates
-EMPTY = frozenset({"", "-", "--", "---", "n/a", "na", "nan", "null", "none", "#n/a", "nil"})
 
 _NUMBER = {
     ".": re.compile(

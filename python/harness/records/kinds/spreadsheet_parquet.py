@@ -25,7 +25,7 @@ import numpy.typing as npt
 from ...base.numbers import FloatArray
 from ..errors import BYTES, COLUMNS, SAMPLES, RecordError, damage_named
 from ..log import Kind, Log, Series, Table
-from ..values import from_datetimes
+from ..moments import over_midnight, since_first
 from .text_table import Text
 
 if TYPE_CHECKING:
@@ -34,6 +34,7 @@ if TYPE_CHECKING:
 
 MOST_SHEETS = 50
 NINE_DECIMALS = 1e-9
+TICKS_S = {"ns": 1e-9, "us": 1e-6, "ms": 1e-3, "d": 86_400.0}
 CELL_BYTES = 32
 # The reader takes no more from an OpenDocument file.
 MOST_ROWS, MOST_COLUMNS = 1_048_576, 16_384
@@ -254,7 +255,7 @@ class ParquetTable(Table):
         @cache
         def values() -> FloatArray:
             column = self._frame([name])[name]
-            return from_datetimes(column) if is_time else _as_float(column)
+            return _from_datetimes(column) if is_time else _as_float(column)
 
         unit = "s" if is_time else None
         return Series(name, self._rows, values, unit, is_time=is_time, local=local)
@@ -276,6 +277,20 @@ class ParquetTable(Table):
                 expected="real numbers (time in seconds as a number)",
                 mend="convert the column to numbers, or name the columns to use",
             )
+
+
+def _from_datetimes(stamps: pl.Series) -> FloatArray:
+    """Returns seconds since the first of typed moments, times of day or durations.
+
+    They are counted in their own unit: in nanoseconds, only the years 1677 to 2262 have room. With
+    a time zone, what counts is stored in UTC and runs on over the change of summer time.
+    """
+    import polars as pl
+
+    unit = "d" if stamps.dtype == pl.Date else getattr(stamps.dtype, "time_unit", None) or "ns"
+    ticks = stamps.to_physical().cast(pl.Int64).fill_null(0).to_numpy()
+    found = since_first(ticks, stamps.is_not_null().to_numpy(), TICKS_S[unit])
+    return over_midnight(found) if stamps.dtype == pl.Time else found
 
 
 def _as_float(column: pl.Series) -> FloatArray:

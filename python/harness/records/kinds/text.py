@@ -16,11 +16,12 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
+from ...base.numbers import FloatArray
 from ..errors import COLUMNS, GZIP_MAGIC, RecordError
 from ..log import Kind, Log, Table
-from ..values import CORRECT_CELL, no_number
+from ..values import CORRECT_CELL, no_number, plain_numbers
 from .dialect import ROWS_OF_ONE_FORM, has_results, is_cut
-from .text_table import EXPECTED_CSV, UTF16_BOMS, Text, unreadable_line
+from .text_table import EXPECTED_CSV, UTF16_BOMS, Text, blocks_of_rows, unreadable_line
 
 FIRST_DATA_ROW = 2  # row 1 is the header
 HEAD_ROWS = 100  # rows that tell whether a column holds text
@@ -97,21 +98,22 @@ class CsvTable(Table):
 
     def read(self, wanted: Sequence[str]) -> dict[str, npt.NDArray[np.float64]]:
         """Returns columns as float64 arrays; a cell that is no number is refused with its row."""
-        import polars as pl
-
-        # All columns are parsed, the other ones as text, so that surplus cells are always detected.
-        schema: dict[str, type[pl.DataType]] = {
-            name: pl.Float64 if name in wanted else pl.String for name in self._names
-        }
+        # Where a row is blank or has another number of cells, it is found row by row.
+        places = [self._names.index(name) for name in wanted]
+        parts: list[list[FloatArray]] = [[] for _ in wanted]
         try:
-            frame = pl.read_csv(self._body, has_header=False, schema=schema)
-        except pl.exceptions.PolarsError:
+            for rows in blocks_of_rows(self._body, ",", self._path, FIRST_DATA_ROW):
+                if set(map(len, rows)) != {len(self._names)} or [""] in rows:
+                    return self._read_carefully(wanted)
+                columns = [*zip(*rows, strict=True)]
+                for part, place in zip(parts, places, strict=True):
+                    numbers = plain_numbers(columns[place])
+                    if numbers is None:
+                        return self._read_carefully(wanted)
+                    part.append(numbers)
+        except RecordError:
             return self._read_carefully(wanted)
-        if any(frame[name].null_count() for name in self._names):
-            # There is an empty cell, or a row that ends too early. The fast reader does not tell
-            # these two cases apart.
-            return self._read_carefully(wanted)
-        return {name: frame[name].to_numpy() for name in wanted}
+        return {name: np.concatenate(part) for name, part in zip(wanted, parts, strict=True)}
 
     def _read_carefully(self, wanted: Sequence[str]) -> dict[str, npt.NDArray[np.float64]]:
         positions = [(name, self._names.index(name)) for name in wanted]

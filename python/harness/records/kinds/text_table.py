@@ -5,11 +5,11 @@ from __future__ import annotations
 
 import csv
 import re
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from functools import cache, cached_property
+from itertools import islice, zip_longest
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -17,16 +17,24 @@ from ...base.numbers import FloatArray
 from ...catalogue.channels import TIME
 from ..errors import BYTES, COLUMNS, GZIP_MAGIC, LINE, SAMPLES, RecordError
 from ..log import Log, Series
+from ..moments import TRIED_ROWS, Stamps, first_filled, moments
 from ..names import is_counter, means
-from ..values import CORRECT_CELL, TRIED_ROWS, Marks, Stamps, marks_of, moments, no_number, shown
-from .dialect import EMPTY, SAMPLE_LINES, Dialect, cells_of, samples_of, sniff
-
-if TYPE_CHECKING:
-    import polars as pl
+from ..values import (
+    CORRECT_CELL,
+    Cells,
+    Marks,
+    marks_of,
+    no_number,
+    numbers_in,
+    shown,
+)
+from .dialect import SAMPLE_LINES, Dialect, samples_of, sniff
 
 UTF8_BOM = b"\xef\xbb\xbf"
 UTF16_BOMS = (b"\xff\xfe", b"\xfe\xff")
 CELL_BYTES = 8
+# Blocks of this size stay in the cache of a processor.
+BLOCK_BYTES, BLOCK_ROWS = 2**16, 1000
 MARKS = {".": "point", ",": "comma"}
 EXPECTED_CSV = "comma-separated UTF-8 text with column names in row 1 and a decimal point"
 EXPECTED = "a table of numbers as text, with names above the columns"
@@ -41,6 +49,31 @@ def unreadable_line(path: Path, row: int, error: csv.Error) -> RecordError:
         expected=EXPECTED_CSV,
         mend="look for stray control characters and mixed line ends",
     )
+
+
+def blocks_of_rows(
+    body: bytes, delimiter: str, path: Path, first_row: int
+) -> Iterator[list[list[str]]]:
+    """Returns rows as lists of their cells, some rows at a time.
+
+    Raises
+    ------
+    RecordError
+        a row cannot be divided into cells.
+    """
+    if b'"' in body:
+        rows = csv.reader(body.decode().split("\n"), delimiter=delimiter)
+        try:
+            yield from iter(lambda: [*islice(rows, BLOCK_ROWS)], [])
+        except csv.Error as error:
+            raise unreadable_line(path, first_row + rows.line_num - 1, error) from None
+        return
+    start = 0
+    while start <= len(body):
+        end = body.find(b"\n", start + BLOCK_BYTES)
+        end = end if end >= 0 else len(body)
+        yield [line.split(delimiter) for line in body[start:end].decode().split("\n")]
+        start = end + 1
 
 
 def _binary(path: Path) -> RecordError:
@@ -140,20 +173,20 @@ class TextTable:
         COLUMNS.check(dialect.columns, path, row=dialect.names_row or dialect.data_row)
         body = self._body(notes)
         BYTES.check((body.count(b"\n") + 1) * dialect.columns * CELL_BYTES, path)
-        frame = self._frame(body)
+        columns = self._columns(body)
         self._check_header(body, notes)
         names = _unique([*dialect.names, *[""] * (dialect.columns - len(dialect.names))], notes)
         units = [*dialect.units, *[""] * (dialect.columns - len(dialect.units))]
-        blocks = _blocks(names, dialect.names, frame)
+        blocks = _blocks(names, dialect.names, columns)
         series, texts = [], []
         for i, name in enumerate(names):
-            column = self._without_empty(frame[f"{i}"])
-            if column.null_count() < len(column):
+            column = columns[i]
+            if any(column):
                 series.append(self._series(name, units[i] or None, column, i, notes))
                 if not series[-1].is_time and self._is_text(column):
                     texts.append(name)
         series = [replace(one, group=blocks[one.column or 0]) for one in series]
-        series += self._date_and_time(series, names, frame)
+        series += self._date_and_time(series, names, columns)
         return Log(
             dialect.words,
             tuple(series),
@@ -174,42 +207,30 @@ class TextTable:
             return b"\n".join(b" ".join(line.split()) for line in body.split(b"\n"))
         return body
 
-    def _frame(self, body: bytes) -> pl.DataFrame:
-        import polars as pl
+    def _columns(self, body: bytes) -> list[Cells]:
+        """Returns the cells of the columns; those that a short row lacks are empty."""
+        columns = [Cells() for _ in range(self._dialect.columns)]
+        row = self._dialect.data_row
+        for rows in blocks_of_rows(body, self._dialect.delimiter, self._path, row):
+            self._check_width(rows, row)
+            # The first row makes the block as wide as the table.
+            widest = zip_longest([""] * len(columns), *rows, fillvalue="")
+            for column, cells in zip(columns, widest, strict=True):
+                column.append(cells[1:])
+            row += len(rows)
+        return columns
 
-        dialect = self._dialect
-        # The reader takes the number of columns from the first row, which may be a short one.
-        widest = dialect.delimiter.encode() * (dialect.columns - 1) + b"\n"
-        try:
-            return pl.read_csv(
-                widest + body,
-                has_header=False,
-                separator=dialect.delimiter,
-                schema={f"{i}": pl.String for i in range(dialect.columns)},
-                quote_char='"' if b'"' in body else None,
-            ).slice(1)
-        except pl.exceptions.PolarsError:
-            for row, line in enumerate(
-                body.decode("utf-8", "replace").split("\n"), dialect.data_row
-            ):
-                try:
-                    count = len(cells_of(line, dialect.delimiter))
-                except csv.Error as error:
-                    raise unreadable_line(self._path, row, error) from None
-                if count > dialect.columns:
-                    raise RecordError(
-                        self._path,
-                        f"the row has {count} cells, the header has {dialect.columns} columns",
-                        row=row,
-                        expected="one cell for every column",
-                        mend="correct the row; a second log may follow in the same file",
-                    ) from None
-            raise RecordError(
-                self._path,
-                "the rows cannot be divided into cells",
-                expected=EXPECTED,
-                mend="look for stray quotation marks and control characters",
-            ) from None
+    def _check_width(self, rows: Sequence[Sequence[str]], first: int) -> None:
+        columns = self._dialect.columns
+        for row, cells in enumerate(rows, first):
+            if len(cells) > columns:
+                raise RecordError(
+                    self._path,
+                    f"the row has {len(cells)} cells, the header has {columns} columns",
+                    row=row,
+                    expected="one cell for every column",
+                    mend="correct the row; a second log may follow in the same file",
+                )
 
     def _check_header(self, body: bytes, notes: list[str]) -> None:
         """Checks that there is a name for every column, and a column for every name."""
@@ -250,10 +271,10 @@ class TextTable:
         )
 
     def _series(
-        self, name: str, unit: str | None, column: pl.Series, number: int, notes: list[str]
+        self, name: str, unit: str | None, column: Cells, number: int, notes: list[str]
     ) -> Series:
-        sample = column.drop_nulls().head(TRIED_ROWS)
-        dates = moments(sample) if _numbers(sample, self._usual)[1].any() else None
+        sample = first_filled(column, TRIED_ROWS)
+        dates = moments(sample) if numbers_in("\n".join(sample), self._usual)[1].any() else None
         if dates is not None:
             return self._dates(name, column, dates.local, number)
         marks = marks_of(column, self._dialect.decimal)
@@ -266,57 +287,52 @@ class TextTable:
         def values() -> FloatArray:
             if marks.doubtful is not None:
                 raise self._doubtful(name, column, marks.doubtful)
-            numbers, bad = _numbers(column, marks)
+            numbers, bad = column.numbers(marks)
             if bad.any():
                 k = int(np.argmax(bad))
                 row, decimal = self._dialect.data_row + k, self._dialect.decimal
-                raise no_number(self._path, row, name, column[k], CORRECT_CELL, decimal)
+                cell = next(islice(column, k, None))
+                raise no_number(self._path, row, name, cell, CORRECT_CELL, decimal)
             return numbers
 
         return Series(name, len(column), values, unit, column=number)
 
-    def _without_empty(self, column: pl.Series) -> pl.Series:
-        """Returns a column without the texts that stand for an empty cell."""
-        empty = column.str.strip_chars().str.to_lowercase().is_in(list(EMPTY)).fill_null(False)
-        return column.set(empty, None) if empty.any() else column
-
-    def _dates(self, name: str, column: pl.Series, local: bool, number: int | None) -> Series:
+    def _dates(self, name: str, column: Cells, local: bool, number: int | None) -> Series:
         @cache
         def values() -> FloatArray:
             found = moments(column)
             assert found is not None
             if found.bad.any():
-                raise self._no_moment(name, column, found)
+                raise self._no_moment(name, [*column], found)
             return found.time_s
 
         return Series(name, len(column), values, "s", is_time=True, local=local, column=number)
 
-    def _is_text(self, column: pl.Series) -> bool:
+    def _is_text(self, column: Cells) -> bool:
         """Whether the first cells of a column hold text, and not one of them a number."""
-        head = column.drop_nulls().head(SAMPLE_LINES)
-        numbers, unread = _numbers(head, marks_of(head, self._dialect.decimal))
+        head = first_filled(column, SAMPLE_LINES)
+        numbers, unread = numbers_in("\n".join(head), marks_of(head, self._dialect.decimal))
         return bool(unread.any()) and not bool(np.isfinite(numbers).any())
 
-    def _doubtful(self, name: str, column: pl.Series, cell: str) -> RecordError:
+    def _doubtful(self, name: str, column: Cells, cell: str) -> RecordError:
         mark = "." if self._dialect.decimal == "," else ","
-        rows = column.str.strip_chars() == cell
         return RecordError(
             self._path,
             f"'{cell}' may be {cell.replace(mark, '')} or {cell.replace(mark, '.')}: the file has "
             f"'{self._dialect.decimal}' as its decimal mark, and every number of this column has "
             f"'{mark}' before its last three digits",
-            row=self._dialect.data_row + int(rows.arg_max() or 0),
+            row=self._dialect.data_row + [*column].index(cell),
             column=name,
             expected="numbers that can be read in one way only",
             mend=f"export the log without '{mark}' between thousands, and with one decimal mark",
         )
 
-    def _no_moment(self, name: str, column: pl.Series, found: Stamps) -> RecordError:
+    def _no_moment(self, name: str, cells: Sequence[str], found: Stamps) -> RecordError:
         row = int(np.argmax(found.bad))
-        usual = str(column[int(np.argmax(~np.isnan(found.time_s)))]).strip()
+        usual = cells[int(np.argmax(~np.isnan(found.time_s)))]
         return RecordError(
             self._path,
-            f"the text '{shown(column[row])}' is no date or time of the form of '{usual}'",
+            f"the text '{shown(cells[row])}' is no date or time of the form of '{usual}'",
             row=self._dialect.data_row + row,
             column=name,
             expected="a date or time of the same form in every row",
@@ -324,32 +340,22 @@ class TextTable:
         )
 
     def _date_and_time(
-        self, series: Sequence[Series], names: Sequence[str], frame: pl.DataFrame
+        self, series: Sequence[Series], names: Sequence[str], columns: Sequence[Cells]
     ) -> list[Series]:
         """Returns one series for a column of dates and one of times of day beside each other."""
         dated = [one for one in series if one.is_time]
         if len(dated) < 2:
             return []
-        first, second = (frame[f"{names.index(one.name)}"] for one in dated[:2])
-        if re.match(r"\s*\d{1,2}:", str(first.drop_nulls()[0])):
+        first, second = (columns[names.index(one.name)] for one in dated[:2])
+        if re.match(r"\d{1,2}:", next(filter(None, first))):
             first, second = second, first
-        both = first.str.strip_chars() + " " + second.str.strip_chars()
-        found = moments(both.drop_nulls().head(TRIED_ROWS))
+        days_and_times = zip(first, second, strict=True)
+        both = Cells()
+        both.append([f"{day} {time}" if day and time else "" for day, time in days_and_times])
+        found = moments(first_filled(both, TRIED_ROWS))
         if found is None:
             return []
         return [self._dates(f"{dated[0].name} {dated[1].name}", both, found.local, None)]
-
-
-def _numbers(
-    column: pl.Series, marks: Marks
-) -> tuple[FloatArray, np.ndarray[tuple[int], np.dtype[np.bool_]]]:
-    """Returns the numbers of a column, NaN where there is none, and where text is no number."""
-    import polars as pl
-
-    text = marks.plain(column.str.strip_chars())
-    numbers = text.str.replace("[dD]([+-]?[0-9]+)$", "e${1}").cast(pl.Float64, strict=False)
-    unread = numbers.is_null() & text.is_not_null()
-    return numbers.fill_null(float("nan")).to_numpy(), unread.to_numpy()
 
 
 def _unique(names: Sequence[str], notes: list[str]) -> list[str]:
@@ -366,7 +372,7 @@ def _unique(names: Sequence[str], notes: list[str]) -> list[str]:
     return made
 
 
-def _blocks(names: Sequence[str], given: Sequence[str], frame: pl.DataFrame) -> list[str]:
+def _blocks(names: Sequence[str], given: Sequence[str], columns: Sequence[Cells]) -> list[str]:
     """Returns for each column the number of the table that it belongs to, as a name of a group.
 
     Tables stand side by side where a column of time follows under the name of an earlier one, or
@@ -377,7 +383,7 @@ def _blocks(names: Sequence[str], given: Sequence[str], frame: pl.DataFrame) -> 
     apart = False
     for i in range(len(names)):
         said = given[i].strip() if i < len(given) else ""
-        apart |= not said and frame[f"{i}"].null_count() == frame.height
+        apart |= not said and not any(columns[i])
         if said and means(said, TIME) and not is_counter(said):
             block += bool(seen) and (apart or said in seen)
             seen.add(said)
