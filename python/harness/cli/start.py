@@ -18,7 +18,7 @@ from .rig_new import _asked, _on_a_terminal
 
 # The values of a name plate that have no typical value; mass and drop are better than guessed.
 PLATE = tuple(question for question in EHS if question.essential)
-RECORD, RIG, DIAGNOSIS = "{}.parquet", "rig.toml", "diagnosis"
+RECORD, RIG, DIAGNOSIS = "{}.npz", "rig.toml", "diagnosis"
 
 
 def _plate(name: str) -> typer.models.OptionInfo:

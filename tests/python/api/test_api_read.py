@@ -143,10 +143,13 @@ def test_frames_come_out_as_they_went_in() -> None:
     same(ehsid.read(record.to_pandas()), record)
 
 
-def test_without_pandas_the_error_says_what_to_do(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setitem(__import__("sys").modules, "pandas", None)
-    with pytest.raises(ModuleNotFoundError, match=r"pip install pandas.*to_polars"):
-        ehsid.read(CRANE).to_pandas()
+@pytest.mark.parametrize(("package", "other"), [("pandas", "polars"), ("polars", "pandas")])
+def test_without_a_package_the_error_says_what_to_do(
+    package: str, other: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setitem(__import__("sys").modules, package, None)
+    with pytest.raises(ModuleNotFoundError, match=rf"pip install {package}.*to_{other}"):
+        getattr(ehsid.read(CRANE), f"to_{package}")()
 
 
 def test_remarks_go_to_the_logger(caplog: pytest.LogCaptureFixture) -> None:

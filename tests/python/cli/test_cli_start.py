@@ -116,9 +116,9 @@ def test_the_help_of_no_verb_imports_a_library() -> None:
     ("arguments", "unused"),
     [
         (["effects"], HEAVY),
-        (["identify", *CRANE], HEAVY - {"polars", "scipy"} | {"scipy.io"}),
-        (["estimate", *CRANE], HEAVY - {"polars", "scipy"} | {"scipy.io"}),
-        (["export", *CRANE, "--out"], HEAVY - {"polars", "scipy", "jinja2"} | {"scipy.io"}),
+        (["identify", *CRANE], HEAVY - {"scipy"} | {"scipy.io"}),
+        (["estimate", *CRANE], HEAVY - {"scipy"} | {"scipy.io"}),
+        (["export", *CRANE, "--out"], HEAVY - {"scipy", "jinja2"} | {"scipy.io"}),
         (["simulate", BENCH, "--excitation", "steps"], HEAVY - {"scipy"} | {"scipy.io"}),
     ],
     ids=lambda value: value[0] if isinstance(value, list) else "",

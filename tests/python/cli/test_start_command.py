@@ -49,13 +49,12 @@ def test_logs_and_a_name_plate_become_a_report(fake: FakeDiagnose) -> None:
     assert fake.asked.fitted == ["run1", "run2"]
     commands = [line.strip() for line in said.splitlines() if line.startswith("  ehsid ")]
     assert commands == [
-        "ehsid import run1.csv --out press/run1.parquet",
-        "ehsid import run2.csv --out press/run2.parquet",
+        "ehsid import run1.csv --out press/run1.npz",
+        "ehsid import run2.csv --out press/run2.npz",
         "ehsid rig new --bore '63 mm' --rod '35 mm' --stroke '300 mm' --supply '120 bar' "
         "--rated-flow '38 l/min' --name press --out press/rig.toml",
-        "ehsid rig check press/rig.toml press/run1.parquet press/run2.parquet",
-        "ehsid gap press/run1.parquet press/run2.parquet --rig press/rig.toml "
-        "--out press/diagnosis",
+        "ehsid rig check press/rig.toml press/run1.npz press/run2.npz",
+        "ehsid gap press/run1.npz press/run2.npz --rig press/rig.toml --out press/diagnosis",
     ]
 
 

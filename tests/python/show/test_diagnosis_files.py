@@ -14,6 +14,7 @@ from published_schemas import check_file
 from typer.testing import CliRunner
 
 import ehsid
+from ehsid.harness.base.csv_text import csv_text
 from ehsid.harness.cli import cli
 from ehsid.harness.diagnosis.result import Diagnosis, diagnosis_text
 from ehsid.harness.diagnosis.schema import SUBSYSTEMS, read_diagnosis_file
@@ -237,10 +238,12 @@ def test_simulation_file_holds_samples_in_windows_only() -> None:
     diagnosis = made_diagnosis("effects")
     table = simulation_table(diagnosis.runs)
     run = diagnosis.runs[0]
-    assert table.columns[:3] == ["record", "time_s", "window"]
-    assert table.height == np.count_nonzero(run.window >= 0) < run.window.size
+    assert [*table][:3] == ["record", "time_s", "window"]
+    rows = np.count_nonzero(run.window >= 0)
+    assert {values.size for values in table.values()} == {rows}
+    assert rows < run.window.size
     assert table["time_s"].min() == pytest.approx(0.3)
-    assert table.null_count().to_numpy().sum() == 0
+    assert ",," not in csv_text(table)
 
 
 def test_outputs_that_a_record_lacks_are_empty() -> None:
@@ -249,9 +252,10 @@ def test_outputs_that_a_record_lacks_are_empty() -> None:
     kinds = ("measured", "nominal", "calibrated", "augmented")
     less = {kind: {n: v for n, v in getattr(run, kind).items() if n in position} for kind in kinds}
     table = simulation_table([run, replace(run, record="other", **less)])
-    other = table.filter(table["record"] == "other")
-    assert other["pressure_a_pa_measured"].null_count() == other.height
-    assert other["position_m_augmented"].null_count() == 0
+    other = table["record"] == "other"
+    assert np.isnan(table["pressure_a_pa_measured"][other]).all()
+    assert not np.isnan(table["position_m_augmented"]).any()
+    assert csv_text(table).splitlines()[-1].count(",,") > 0
 
 
 @pytest.mark.slow

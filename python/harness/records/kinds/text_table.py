@@ -47,7 +47,7 @@ def unreadable_line(path: Path, row: int, error: csv.Error) -> RecordError:
         f"the row cannot be divided into cells ({str(error).split(' - ')[0]})",
         row=row,
         expected=EXPECTED_CSV,
-        mend="look for stray control characters and mixed line ends",
+        mend="look for stray quotation marks and control characters, and mixed line ends",
     )
 
 
@@ -62,11 +62,18 @@ def blocks_of_rows(
         a row cannot be divided into cells.
     """
     if b'"' in body:
-        rows = csv.reader(body.decode().split("\n"), delimiter=delimiter)
+        rows = csv.reader(body.decode().split("\n"), delimiter=delimiter, strict=True)
+        block, end = list[list[str]](), 0
         try:
-            yield from iter(lambda: [*islice(rows, BLOCK_ROWS)], [])
+            for cells in rows:
+                block.append(cells)
+                end = rows.line_num
+                if len(block) == BLOCK_ROWS:
+                    yield block
+                    block = []
         except csv.Error as error:
-            raise unreadable_line(path, first_row + rows.line_num - 1, error) from None
+            raise unreadable_line(path, first_row + end, error) from None
+        yield from [block] if block else []
         return
     start = 0
     while start <= len(body):
