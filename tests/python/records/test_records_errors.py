@@ -17,6 +17,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from ehsid.harness.records import RecordError, make_record, read_record, write_record
+from ehsid.harness.records.kinds import opened
+from ehsid.harness.records.log import Log
 
 GOOD = "time_s,command_v,position_m\n" + "".join(f"{k / 10},{k},0.{k}\n" for k in range(6))
 
@@ -330,3 +332,15 @@ def test_an_error_survives_pickling() -> None:
     unpickled = pickle.loads(pickle.dumps(error))
     assert str(unpickled) == str(error)
     assert vars(unpickled) == vars(error)
+
+
+def test_a_row_of_a_text_log_that_cannot_be_divided_says_what_a_log_is(tmp_path: Path) -> None:
+    """A log with semicolons is not asked for commas."""
+    path = tmp_path / "log.txt"
+    rows = "".join(f'{k},5;"1,5";{k}\n' for k in range(40))
+    path.write_text(f'Zeit [s];Ventil [V];Weg [mm]\n{rows}40,5;"1,5"x;1\n', encoding="utf-8")
+    with pytest.raises(RecordError) as caught, opened(path) as (content, _, _):
+        assert isinstance(content, Log)
+    assert caught.value.row == 42
+    assert "cannot be divided into cells" in str(caught.value)
+    assert "Expected: a table of numbers as text" in str(caught.value)

@@ -40,13 +40,15 @@ EXPECTED_CSV = "comma-separated UTF-8 text with column names in row 1 and a deci
 EXPECTED = "a table of numbers as text, with names above the columns"
 
 
-def unreadable_line(path: Path, row: int, error: csv.Error) -> RecordError:
+def unreadable_line(
+    path: Path, row: int, error: csv.Error, expected: str = EXPECTED_CSV
+) -> RecordError:
     """Returns the error for a line that is not CSV, such as one with a stray carriage return."""
     return RecordError(
         path,
         f"the row cannot be divided into cells ({str(error).split(' - ')[0]})",
         row=row,
-        expected=EXPECTED_CSV,
+        expected=expected,
         mend="look for stray quotation marks and control characters, and mixed line ends",
     )
 
@@ -72,7 +74,8 @@ def blocks_of_rows(
                     yield block
                     block = []
         except csv.Error as error:
-            raise unreadable_line(path, first_row + end, error) from None
+            expected = EXPECTED_CSV if delimiter == "," else EXPECTED
+            raise unreadable_line(path, first_row + end, error, expected) from None
         yield from [block] if block else []
         return
     start = 0
