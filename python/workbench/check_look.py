@@ -37,7 +37,7 @@ def keep_speeds(session: Session, checks: Sequence[RecordCheck]) -> None:
     for number, check in enumerate(checks):
         np.save(folder / f"{number}_{TIME}.npy", check.time_s)
         for name, speed in ((MEASURED, check.speed_m_s), (EXPECTED, check.expected_m_s)):
-            if speed is None:  # of an earlier rig there may be one
+            if speed is None:  # a speed of an earlier rig must not stay
                 speed = np.full_like(check.time_s, np.nan)
             store(make_pyramid(speed), folder, f"{number}_{name}")
 

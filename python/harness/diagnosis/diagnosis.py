@@ -495,7 +495,8 @@ def _with_missing_laws(
     if case.engine is not None:  # a law needs the equations of the simulator
         return evaluation
     probabilities = evaluation.selection.posterior
-    # Beside a cause outside it may be too improbable to have a name, and still be a part of it.
+    # Beside a cause outside, the most probable set may be too improbable to have a name. It may
+    # still be a part of the cause.
     ahead = probabilities.sets[0].fit
     sets = [share for families, share in probabilities.by_families() if families]
     asked = max(sets, default=0.0) <= probabilities.outside or not set(SPRINGS).isdisjoint(

@@ -136,7 +136,7 @@ def gap_picture(
             run_figure(shown, simulations),
             f"{words} in held-out data, over the {seconds:.2g} s in which the gap shows most. On "
             f"all held-out data its gap is {told}. In each window the simulation "
-            "begins where was measured, and then follows the logged command alone.",
+            "starts from what was measured, and then follows the logged command alone.",
             f"{words} measured and simulated over time, and the errors of the simulations",
         )
     ]

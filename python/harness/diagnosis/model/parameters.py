@@ -45,7 +45,8 @@ AXIS_NUISANCES = (
 
 # Smallest size of an effect in a fit, as a share of its largest size. A smaller effect is off.
 SMALLEST_SHARE = 1e-5
-# The least force, whose range reaches from small axes to presses.
+# Smallest force of an effect in a fit, N: the largest one is that of a press, and a share of it
+# would be more than the friction of a small axis.
 SMALLEST_N = 0.2
 
 

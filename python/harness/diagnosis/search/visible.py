@@ -172,7 +172,8 @@ def smallest(ground: Ground, effect: str) -> CouldBeSeen:
             lambda by: _excess(ground, effect, scaled(effect, start, factor + by), powers, by)
         )
 
-    below, above = (-math.inf, math.inf), (math.inf, -math.inf)  # factors with what they need
+    # Ends of the bracket: factors of the size, and what each of them needs.
+    below, above = (-math.inf, math.inf), (math.inf, -math.inf)
     factor, fitted, fits, last = least, None, 0.0, 0.0
     for _ in range(MOST_RUNS):
         problem, linear = shown(ground, effect, scaled(effect, start, factor))
@@ -187,9 +188,10 @@ def smallest(ground: Ground, effect: str) -> CouldBeSeen:
                 powers, x = _refit(problem, linear, ground.x, at, promised)
                 by = needed(factor, powers)
                 if fitted is None:
-                    above = math.inf, -math.inf  # what the sensitivities alone said is void now
+                    above = math.inf, -math.inf  # what the sensitivities alone said counts no more
                 fitted, fits = x - ground.x, factor
-        # An end that stays twice counts half, or a bent line would hold it (Illinois method).
+        # Illinois method: where one end moves twice, what the other one needs is halved. A curve
+        # that is bent would else never let that end move.
         if by > 0.0:
             above, below = (above[0], above[1] * (0.5 if last > 0.0 else 1.0)), (factor, by)
         else:
