@@ -25,7 +25,7 @@ from .decision.hypotheses import SHOWN, posterior
 from .decision.inside import Inside, evidence_of
 from .decision.verdict import Decision, decide
 from .job import LOGGER, Begun, Pace, Watch, look_for
-from .laws.choosing import SPRINGS, LawsFound, missing_laws
+from .laws.choosing import SPRINGS, LawsFound, missing_laws, shows_linkage
 from .laws.drifting import Drift, values_that_drift
 from .laws.fitting import equation_shares
 from .laws.forms import sentence
@@ -489,7 +489,8 @@ def _with_missing_laws(
 
     The set that is then named is that of the effects that the laws do not make needless. Where no
     set of effects is more probable than such a cause, and it is not excluded, a law that is found
-    can decide; so it can beside a spring, which a law may take in.
+    can decide; so it can beside a spring, which a law may take in. A linkage acts like nothing else
+    and may hide behind any set.
     """
     case, search_result = evaluation.case, evaluation.search_result
     if case.engine is not None:  # a law needs the equations of the simulator
@@ -502,7 +503,8 @@ def _with_missing_laws(
     asked = max(sets, default=0.0) <= probabilities.outside or not set(SPRINGS).isdisjoint(
         ahead.effects
     )
-    if not asked or probabilities.outside < FIT_TOGETHER:
+    asked = asked and probabilities.outside >= FIT_TOGETHER
+    if not asked and not shows_linkage(case, ahead):
         return evaluation
     _tell(look, "laws", search_result, ahead, tasks=2 if ahead.effects else 1)
     laws = missing_laws(case, search_result.calibrated, ahead, pace.within, effect_ids)

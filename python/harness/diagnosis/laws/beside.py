@@ -35,6 +35,7 @@ from ..search.intervals import matters
 from ..search.preselection import preselected
 from ..search.score import left
 from .fitting import LONG
+from .forms import MASS
 
 # Effects that get a fit, and the share of the time that it takes to choose them.
 KEPT, CHOICE = 3, 0.5
@@ -43,9 +44,14 @@ CONSTANTS = {"delay": "transport_delay", "force": "load_force", "spool": "valve_
 
 
 def is_part(effect: str, laws: Sequence[Law]) -> bool:
-    """Whether an effect and a law share a subsystem: the law may be what the effect lacks."""
+    """Whether an effect and a law share a subsystem: the law may be what the effect lacks.
+
+    A mass over the position is no part of any effect.
+    """
     own = effects()[effect].subsystem
-    return any(table_subsystem(law.adds_to, law.of) == own for law in laws)
+    return any(
+        table_subsystem(law.adds_to, law.of) == own for law in laws if law.adds_to != MASS[0]
+    )
 
 
 def effect_beside(

@@ -26,7 +26,7 @@ from ..search.score import left
 from ..search.search import restrict
 from .beside import constant_of, effect_beside, is_part, without_law
 from .fitting import LONG, with_law, with_one_law
-from .forms import LINKAGE, MASS, MASSES, MENU, SPRING, describe, visited
+from .forms import MASS, MASSES, MENU, SPRING, describe, is_linkage, visited
 from .forms import laws as laws_of_menu
 
 MOST_LAWS = 2
@@ -35,8 +35,8 @@ MOST_LAWS = 2
 LAW = 2.0 * EFFECT + math.log(sum(len(variables) for variables in MENU.values()))
 # That it is the cause costs as much again: tables follow a part of whatever is left.
 CAUSE = 2.0 * EFFECT
-# It is shown where it lowers what is left by more than this, see `score.left`.
-LEAST_GAIN = LAW / EVIDENCE
+# The laws of a linkage cost no more than an effect each: a mass over the position follows nothing
+# else. Beside the right set it gained MASS_ELSEWHERE_DOC.
 # A second law, or an effect, must matter beside the first: both follow whatever that one leaves.
 LEAST_OF_FIRST = 0.3
 # And it must remove this share of the gap: a law that removes nothing is not told.
@@ -163,7 +163,8 @@ def missing_laws(
             )
         )
         forms.append(told.form)
-    evidence = EVIDENCE * (_penalised(fine, calibrated) - _penalised(fine, candidate)) - CAUSE
+    evidence = EVIDENCE * (_penalised(fine, calibrated) - _penalised(fine, candidate))
+    evidence -= 0.0 if is_linkage(candidate.laws) else CAUSE
     # Laws beside the effects of another chain are as much behind as that chain was, and without an
     # effect that was found beside them by what it gained.
     hypotheses = [(candidate.effects, evidence)]
@@ -179,6 +180,21 @@ def missing_laws(
     ]
     of_effects = 1.0 - sum(by_law)
     return LawsFound(candidate, tuple(laws), tuple(forms), of_effects, tuple(hypotheses), held)
+
+
+def shows_linkage(case: Case, candidate: FittedCandidate) -> bool:
+    """Whether a mass over the position gains more than it costs beside a candidate."""
+    fine = decision_case(case)
+    mass = [law for law in laws_of_menu(fine, candidate) if (law.adds_to, law.of) == MASS]
+    before = left(fine, candidate)
+    if not mass or before < _price(mass):  # not even one that leaves nothing is worth its cost
+        return False
+    found = with_law(fine, candidate, mass[0])
+    return before - left(fine, found) >= _price(mass) and _shrinks(candidate, found)
+
+
+def _shrinks(before: FittedCandidate, found: FittedCandidate) -> bool:
+    return mean_gap(found.sums) <= (1.0 - LEAST_OF_GAP) * mean_gap(before.sums)
 
 
 @dataclass(frozen=True, eq=False)
@@ -210,14 +226,15 @@ class _Chain:
             return self
         lefts = [left(self.case, each) for each in self.steps]
         first = lefts[0] - lefts[-1]
-        for each in found:
-            price = _price((*self.last.laws, each.law)) - _price(self.last.laws)
-            least = price if price < LEAST_GAIN else max(price, LEAST_OF_FIRST * first)
+        for each in sorted(found, key=lambda each: each.left + _price(each.candidate.laws)):
+            price = _price(each.candidate.laws) - _price(self.last.laws)
+            is_lever = is_linkage(each.candidate.laws)
+            least = price if is_lever else max(price, LEAST_OF_FIRST * first)
             if lefts[-1] - each.left >= least:
                 break
         else:
             return self
-        if mean_gap(each.candidate.sums) > (1.0 - LEAST_OF_GAP) * mean_gap(self.last.sums):
+        if not _shrinks(self.last, each.candidate):
             return self
         rivals = tuple(
             (other.law.adds_to, other.law.of)
@@ -313,13 +330,8 @@ def _penalised(case: Case, candidate: FittedCandidate) -> float:
 
 
 def _price(laws: Sequence[Law]) -> float:
-    """Prior cost of laws on the scale of what is left.
-
-    That of a linkage, whose lever changes its force and its mass, has the other law at the cost of
-    an effect.
-    """
-    both = {(law.adds_to, law.of) for law in laws} >= LINKAGE
-    return len(laws) * LEAST_GAIN - both * (LAW - EFFECT) / EVIDENCE
+    """Prior cost of laws on the scale of what is left."""
+    return len(laws) * (EFFECT if is_linkage(laws) else LAW) / EVIDENCE
 
 
 def _without_needless(case: Case, candidate: FittedCandidate) -> FittedCandidate:

@@ -36,7 +36,7 @@ from ..schema import SUBSYSTEM_TAKES_PART, Equation
 from ..search.candidates import FittedCandidate, decision_case, evaluate
 from ..search.score import left
 from .equation_terms import LINEAR, SUBSYSTEM, TABLES, EquationTerms, equation_terms
-from .forms import KNOTS, KNOTS_OF_TIME, LINKAGE, knots, laws, trajectories
+from .forms import KNOTS, KNOTS_OF_TIME, is_linkage, knots, laws, trajectories
 
 # Steps of a short fit of each law of the menu, number of laws that get a long one, and its steps.
 SHORT, KEPT, LONG = 3, 4, 12
@@ -62,7 +62,7 @@ def with_one_law(
 ) -> list[FittedLaw]:
     """Adds each law of the menu to a candidate; returns the best few, fitted, best first.
 
-    The other law of a linkage is among them.
+    Those of a linkage are among them.
     """
     fine = decision_case(case)
     shared = fine.problem(candidate.effects, laws=candidate.laws).linear(candidate.x)
@@ -74,7 +74,7 @@ def with_one_law(
     longer = [
         partial(_long, fine, each)
         for place, each in enumerate(short)
-        if place < KEPT or {(law.adds_to, law.of) for law in each.laws} >= LINKAGE
+        if place < KEPT or is_linkage(each.laws)
     ]
     fitted = run_together(longer, part_of(progress, SHORT_FITS, 1.0))
     return sorted((FittedLaw(each, left(fine, each)) for each in fitted), key=lambda e: e.left)

@@ -8,7 +8,7 @@ coefficients, and at most one value that shapes the columns (the width of a dead
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from types import MappingProxyType
 
@@ -232,6 +232,14 @@ SPRING = ("force", "position_m")
 MASS = ("mass", "position_m")
 # What the lever of a linkage changes.
 LINKAGE = frozenset({SPRING, MASS})
+
+
+def is_linkage(laws: Iterable[Law]) -> bool:
+    """Whether these laws are those of a lever, a mass over the position among them."""
+    kinds = {(law.adds_to, law.of) for law in laws}
+    return MASS in kinds and kinds <= LINKAGE
+
+
 # Constant terms that have a name.
 CONSTANTS = {"force": "a load force", "spool": "a null bias", "delay": "a transport delay"}
 
