@@ -4,16 +4,18 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from gap_cases import RIG, over_the_stroke
 
-from ehsid.harness.diagnosis.laws.beside import constant_of, effect_beside, without_law
-from ehsid.harness.diagnosis.laws.choosing import missing_laws
+from ehsid.harness.diagnosis.laws.beside import constant_of, effect_beside, is_part, without_law
+from ehsid.harness.diagnosis.laws.choosing import missing_laws, shows_linkage
 from ehsid.harness.diagnosis.laws.fitting import with_law
 from ehsid.harness.diagnosis.laws.forms import laws
 from ehsid.harness.diagnosis.model.case import Case, make_case
+from ehsid.harness.diagnosis.model.parameters import Law
 from ehsid.harness.diagnosis.search.candidates import (
     FittedCandidate,
     calibrate,
@@ -31,11 +33,12 @@ AWAY = PLACES - 0.15
 HEAVIER = RIG.values["load.mass_kg"] * (10.0 * AWAY + 48.0 * AWAY**2)
 GROWING = TableLaw("mass", "position_m", tuple(PLACES.tolist()), tuple(HEAVIER.tolist()))
 DELAY = "effects.transport_delay.delay_s"
+FRICTION = "effects.coulomb_friction.force_n"
 TRIED = ("transport_delay", "internal_leakage", "load_force", "coulomb_friction")
 
 
-def linkage(values: Mapping[str, float]) -> Case:
-    tables = {"mass": GROWING}
+def linkage(values: Mapping[str, float], mass: TableLaw = GROWING) -> Case:
+    tables = {"mass": mass}
     records = ([over_the_stroke(tables, seed, values, seconds=4.0)] for seed in (1, 2))
     return decision_case(make_case(RIG, *records))
 
@@ -86,10 +89,38 @@ def test_an_effect_that_may_not_be_named_is_not_tried(
     assert found is None or "transport_delay" not in found.effects
 
 
-def test_an_effect_of_the_same_subsystem_is_not_tried(
-    late: Case, with_mass: FittedCandidate
+def test_an_effect_that_a_curve_can_have_in_it_is_not_tried_beside_it(late: Case) -> None:
+    places = np.linspace(0.05, 0.25, 4)
+    force, mass = (Law(each, "position_m", places, 1.0) for each in ("force", "mass"))
+    assert is_part("load_force", [force])
+    assert is_part("coulomb_friction", [mass, force])
+    # A mass over the position is no part of a friction, nor of a force.
+    assert not is_part("coulomb_friction", [mass])
+    assert not is_part("transport_delay", [mass, force])
+    with_force = with_laws(late, "force_of_position_m")
+    assert effect_beside(late, with_force, ("load_force", "coulomb_friction")) is None
+
+
+@pytest.mark.parametrize(
+    ("growth", "values", "shows"),
+    [
+        # A fifth of what it is above: over the visited range the mass grows by a third.
+        (0.2, {}, True),
+        (0.2, {FRICTION: 500.0}, True),
+        (0.0, {}, False),
+        (0.0, {FRICTION: 500.0}, False),
+    ],
+)
+def test_a_linkage_shows_beside_the_right_effects_and_no_other_machine_seems_to_be_one(
+    growth: float, values: Mapping[str, float], shows: bool
 ) -> None:
-    assert effect_beside(late, with_mass, ("load_force", "coulomb_friction")) is None
+    table = replace(GROWING, values=tuple(growth * value for value in GROWING.values))
+    case = linkage(values, table)
+    best = calibrate(case)
+    if values:
+        start = linearised_start(case, (), best.x)
+        best = refine(case, ("coulomb_friction",), screen(case, ("coulomb_friction",), [start]).x)
+    assert shows_linkage(case, best) is shows
 
 
 def test_nothing_is_named_where_nothing_else_is_missing() -> None:

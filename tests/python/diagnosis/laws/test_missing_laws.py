@@ -10,7 +10,8 @@ import numpy as np
 import pytest
 from gap_cases import DT_S, OFF, PRESSURES, RIG, SUBSTEPS, command_of, over_the_stroke, record
 
-from ehsid.harness.diagnosis.laws.choosing import LEAST_GAIN, LawsFound, missing_laws
+from ehsid.harness.diagnosis.deciding import EVIDENCE
+from ehsid.harness.diagnosis.laws.choosing import LAW, LawsFound, missing_laws
 from ehsid.harness.diagnosis.laws.fitting import with_one_law
 from ehsid.harness.diagnosis.model.case import Case, make_case
 from ehsid.harness.diagnosis.search.candidates import (
@@ -130,7 +131,7 @@ def test_a_law_that_gains_less_than_it_costs_is_not_shown() -> None:
     calibrated, fine = calibrate(case), decision_case(case)
     best = with_one_law(fine, calibrated)[0]
     gain = left(fine, calibrated) - best.left
-    assert 0.0 < gain < LEAST_GAIN
+    assert 0.0 < gain < LAW / EVIDENCE
     assert mean_gap(best.candidate.sums) < mean_gap(calibrated.sums)
     assert missing_laws(case, calibrated, calibrated) is None
 
