@@ -1,10 +1,8 @@
 # SPDX-License-Identifier: MIT
 """Makes the pictures of docs/app.md: python docs/app/make.py, with the extras app and browser."""
 
-import shutil
 import sys
 import tempfile
-from contextlib import ExitStack
 from pathlib import Path
 from typing import Any
 
@@ -16,14 +14,10 @@ sys.path[:0] = [str(ROOT / "tests" / "python"), str(ROOT / "tests" / "app")]
 
 from app_diagnosed import diagnosed_session  # noqa: E402
 from app_sessions import ANSWERS, german_log  # noqa: E402
-from estimating_target import EstimatingTarget  # noqa: E402
-from hil_firmware import ON_TARGET  # noqa: E402
-from hil_target import FakeDevice  # noqa: E402
 from made_history import made_history  # noqa: E402
 from served_workbench import Served, found_browser  # noqa: E402
 
 from ehsid.harness.rigs.questions import QUESTIONS  # noqa: E402
-from ehsid.hil.faults import relayed  # noqa: E402
 
 OUT = Path(__file__).parent
 STEPS = ("Load", "Map", "Rig", "Check", "Model", "Gap", "Next")
@@ -31,15 +25,15 @@ WIDE = {"width": 1400, "height": 900}
 COLOURS = 128  # of a picture: enough for plots, and a quarter of the size
 
 
-def shoot(page: Any, step: str, *, whole: bool = False) -> None:
-    """Takes a picture of a step, or of the whole page if asked for."""
+def shoot(page: Any, step: str) -> None:
+    """Takes a picture of a step."""
     page.evaluate("scrollTo(0, 0)")
     part = page.get_by_role("heading", name=step, exact=True)
     if step not in STEPS and part.count():  # the second part of a step
         part.evaluate("part => part.scrollIntoView()")
     page.wait_for_timeout(1500)
     path = OUT / f"{step.lower()}.png"
-    page.screenshot(path=path, full_page=whole)
+    page.screenshot(path=path)
     lighten(path)
 
 
@@ -114,29 +108,18 @@ def views(page: Any, folder: Path) -> None:
 
 
 def live(page: Any, root: str) -> None:
-    """Takes pictures of a run on the firmware in QEMU, or on a target in Python without it."""
-    with ExitStack() as stack:
-        page.goto(f"{root}/live")
-        page.get_by_role("heading", name="Live", level=1).wait_for()
-        if ON_TARGET.exists() and shutil.which("qemu-system-arm"):
-            page.get_by_label("target", exact=True).select_option("firmware in QEMU")
-            page.get_by_label("firmware image, an ELF file").fill(str(ON_TARGET))
-        else:
-            relay = stack.enter_context(relayed(FakeDevice(EstimatingTarget())))
-            page.get_by_label("serial port or address", exact=True).fill(relay.port)
-        page.get_by_label("loop", exact=True).select_option("position control")
-        page.get_by_label("bandwidth of the loop in Hz").fill("0.5")
-        page.get_by_label("sampling time in ms").fill("10")
-        page.get_by_label("duration in s").fill("200")
-        page.get_by_role("button", name="Start", exact=True).click()
-        page.get_by_role("button", name="Store a snapshot").click()
-        page.wait_for_timeout(15_000)
-        for fault in ("Lose a frame", "Damage a bit", "Delay by 1 s"):
-            page.get_by_role("button", name=fault).click()
-            page.wait_for_timeout(2_000)
-        shoot(page, "Live", whole=True)
-        page.get_by_role("button", name="Stop").click()
-        page.get_by_text("bit for bit").first.wait_for()
+    """Takes a picture of a run in which an effect was moved."""
+    page.goto(f"{root}/live")
+    page.get_by_role("button", name="Start", exact=True).click()
+    page.get_by_role("button", name="Store a snapshot").wait_for()
+    page.wait_for_timeout(15_000)
+    page.locator(".noUi-handle").first.focus()
+    for _ in range(10):
+        page.keyboard.press("ArrowRight")
+    page.wait_for_timeout(10_000)
+    shoot(page, "Live")
+    page.get_by_role("button", name="Stop").click()
+    page.get_by_text("bit for bit").first.wait_for()
 
 
 def main() -> None:

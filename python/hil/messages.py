@@ -7,7 +7,7 @@ here, and a test compares the sources of the firmware with it.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from enum import IntEnum, IntFlag
 from typing import ClassVar
@@ -344,5 +344,6 @@ class Stopped(Exception):  # noqa: N818 -- the user's request
 
 
 # Called with the number of each sample before it is sent. Returns the settings with which the
-# estimator of the target begins anew at this sample; None lets it go on.
-Steer = Callable[[int], EstimatorConfiguration | None]
+# estimator of the target begins anew at this sample, or values of the simulated machine, by full
+# name, that replace those of the plan from this sample on; None lets all go on.
+Steer = Callable[[int], EstimatorConfiguration | Mapping[str, float] | None]

@@ -51,7 +51,7 @@ def _events(axes: Axes, run: RunResult) -> None:
     """Marks with vertical lines where target or estimator began anew, or the plant changed."""
     if run.plan.change_at is not None:
         axes.axvline(run.plan.change_at * run.plan.dt_s, color=GREY, linewidth=1.0)
-    for sample in (*run.restarts, *run.begun):
+    for sample in (*run.restarts, *run.begun, *run.machines):
         axes.axvline(run.plan.times_s[sample], color=VERMILION, linewidth=1.0, linestyle=":")
 
 
@@ -206,6 +206,13 @@ def lead(identity: Identity, runs: Runs) -> list[str]:
         if run.restarts:
             where = ", ".join(str(sample) for sample in run.restarts)
             sentences.append(f"{name}: the target was reset before sample {where} and went on.")
+        if run.machines:
+            first, last = min(run.machines), max(run.machines)
+            values = [f"{key} = {size:.4g}" for key, size in run.machines[last].items()]
+            sentences.append(
+                f"{name}: the user changed the simulated machine, first before sample {first}, and "
+                f"last before sample {last}: {', '.join(values) or 'the rig as its file says'}."
+            )
         if run.begun:
             where = ", ".join(map(str, sorted(run.begun)))
             sentences.append(

@@ -20,6 +20,7 @@ import numpy.typing as npt
 import ehsid
 from ehsid.harness.base.numbers import FloatArray
 from ehsid.harness.catalogue.parameters import parameter_keys
+from ehsid.harness.catalogue.spellings import ParameterKey
 from ehsid.harness.firmware.configuration import EstimatorConfiguration
 from ehsid.harness.signals.simulation.run import OUTPUTS, OUTPUTS_OF, as_measured, prepare
 
@@ -54,6 +55,8 @@ class RunResult:
     """Duration of the run on the wall clock, s."""
     begun: Mapping[int, EstimatorConfiguration] = field(default_factory=dict)
     """Settings with which the user let the estimator begin anew, by the number of the sample."""
+    machines: Mapping[int, Mapping[str, float]] = field(default_factory=dict)
+    """Values of the machine from a sample on, in place of those of the plan, by its number."""
 
     @property
     def numbers(self) -> npt.NDArray[np.int64]:
@@ -129,6 +132,7 @@ def run_plan(
     held_v = 0.0  # the command of the last sample
     restarts: list[int] = []
     begun: dict[int, EstimatorConfiguration] = {}
+    machines: dict[int, Mapping[str, float]] = {}
     before = replace(session.counters)
     began = time.monotonic()
     _begin(session, plan, 0)
@@ -139,7 +143,9 @@ def run_plan(
                 continue
             shown = as_measured(plant.read(), plan.noise[k], start.values)
             if k == plan.change_at:
-                plant = _changed(plan, plant)
+                factors = plan.change.items()
+                changed = {name: factor * plan.rig.values[name] for name, factor in factors}
+                plant = _in_its_state(plan, {**plan.values, **changed}, plant)
             if not np.isfinite(shown[POSITION]):
                 raise HilError(
                     f"{plan.name}: the simulated position is not finite from sample {k} on: the "
@@ -156,9 +162,13 @@ def run_plan(
             )
             if real_time:
                 time.sleep(max(0.0, began + times[k] - time.monotonic()))
-            if steer is not None and (request := steer(k)) is not None:
+            request = None if steer is None else steer(k)
+            if isinstance(request, EstimatorConfiguration):
                 begun[k] = request
                 _begin_anew(session, plan, request, k)
+            elif request is not None:
+                machines[k] = request
+                plant = _in_its_state(plan, request, plant)
             result = _answer(session, plan, sample, restarts)
             if isinstance(result, Result) and len(result.theta) != n_parameters:
                 raise HilError(
@@ -206,6 +216,7 @@ def run_plan(
         _since(session.counters, before),
         time.monotonic() - began,
         begun,
+        machines,
     )
 
 
@@ -214,19 +225,21 @@ def _since(now: Counters, before: Counters) -> Counters:
     return Counters(**{name: count - counts[name] for name, count in asdict(now).items()})
 
 
-def _changed(plan: Plan, plant: ehsid.Plant) -> ehsid.Plant:
-    """Returns the changed machine in the present state of the machine, but with its spool at null.
+def _in_its_state(plan: Plan, values: Mapping[str, float], plant: ehsid.Plant) -> ehsid.Plant:
+    """Returns a machine with other values in the present state of the machine, its spool at null.
 
     A spool settles within milliseconds, a tenth of a sample at the sampling time of the experiment.
+    What a transport delay holds is lost as well.
     """
     state = dict(zip(OUTPUTS, plant.read(), strict=True))
-    changed = {name: factor * plan.rig.values[name] for name, factor in plan.change.items()}
-    values = {**plan.values, **changed}
     # Only some of the outputs have an initial value as a parameter.
-    for key in parameter_keys():
-        if key.is_initial:
-            values[key] = float(state[key.parameter])
-    return prepare(plan.rig, dt_s=plan.dt_s, values=values).plant(quantised=False)
+    initial = (key for key in parameter_keys() if key.is_initial)
+    start: dict[str, float] = {key: float(state[key.parameter]) for key in initial}
+    stroke = plan.rig.values.get("cylinder.stroke_m")
+    if stroke is not None:  # an end stop yields a little
+        key = ParameterKey.of_initial("position_m")
+        start[key] = min(max(start[key], 0.0), stroke)
+    return prepare(plan.rig, dt_s=plan.dt_s, values={**values, **start}).plant(quantised=False)
 
 
 def _begin(session: Session, plan: Plan, first: int) -> None:

@@ -7,16 +7,19 @@ Parts of the page in columns of equal width, as many as there is room for.
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from html import escape
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import panel as pn
 from bokeh.models import LayoutDOM
 from bokeh.plotting import figure
 
 from ehsid.harness.base.error_words import printable
+from ehsid.harness.base.numbers import FloatArray
+from ehsid.harness.show.gap_words import quantity
 from ehsid.harness.show.page import Block
 from ehsid.harness.show.plotting import BLUE, GREEN, ORANGE, PURPLE, SKY, VERMILION
 from ehsid.harness.show.rendering import html
@@ -43,9 +46,9 @@ PULSE = "ehsid-pulse"  # tag of the field by which a page sees that the server h
 CODE = re.compile("`([a-z0-9. -]+)`")
 
 STYLE = Path(__file__).parent / "style"
-WORDS, CONTROLS, STEPS, STEP_BUTTON, PLAYGROUND, PANES, PANE = (
+WORDS, CONTROLS, STEPS, STEP_BUTTON, PANES, PANE = (
     (STYLE / f"{name}.css").read_text(encoding="utf-8")
-    for name in ("words", "controls", "steps", "step_button", "playground", "panes", "pane")
+    for name in ("words", "controls", "steps", "step_button", "panes", "pane")
 )
 
 
@@ -111,6 +114,54 @@ def text_input(name: str, **settings: Any) -> pn.widgets.TextInput:
     """Returns a field to write into, in the look of the page."""
     settings = {"stylesheets": [CONTROLS], "margin": (4, 8, 4, 0), **settings}
     return pn.widgets.TextInput(name=name, **settings)
+
+
+def size_slider(
+    name: str,
+    unit: str,
+    stops: FloatArray,
+    size: float,
+    moved: Callable[[float], None],
+    *,
+    when: str = "value",
+) -> pn.Column:
+    """Returns a slider over sizes, which stand above it with their unit.
+
+    Parameters
+    ----------
+    name
+        what is moved.
+    unit
+        of the sizes, SI.
+    stops, size
+        where it can stand, in order, and where it begins.
+    moved
+        called with each new size, or where it is let go with `when` "value_throttled".
+    """
+    low, high = (quantity(end, unit, 3) if end else "0" for end in (stops[0], stops[-1]))
+
+    def title(now: float) -> str:
+        told = f'{name}: <b>{quantity(now, unit, 3)}</b> <span class="soft">({low} to {high})'
+        return f'<p class="small">{told}</span></p>'
+
+    shown = words(title(size))
+    # It moves over the numbers of the stops, which say nothing: the size stands above it.
+    slider = pn.widgets.IntSlider(
+        start=0,
+        end=len(stops) - 1,
+        value=int(np.argmin(np.abs(stops - size))),
+        show_value=False,
+        stylesheets=[CONTROLS],
+        sizing_mode="stretch_width",
+        margin=(0, 12, 8, 8),
+    )
+
+    def told(event: Any) -> None:
+        shown.object = title(float(stops[event.new]))
+
+    slider.param.watch(told, "value")
+    slider.param.watch(lambda event: moved(float(stops[event.new])), when)
+    return pn.Column(shown, slider, sizing_mode="stretch_width", margin=0)
 
 
 def drawn(plot: LayoutDOM) -> pn.pane.Bokeh:

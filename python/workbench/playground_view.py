@@ -12,7 +12,6 @@ import threading
 from collections.abc import Callable
 from typing import Any
 
-import numpy as np
 import panel as pn
 
 import ehsid
@@ -20,7 +19,7 @@ from ehsid.harness.catalogue.channels import CHANNELS
 from ehsid.harness.catalogue.spellings import ParameterKey
 from ehsid.harness.records import Record
 from ehsid.harness.rigs import Rig
-from ehsid.harness.show.gap_words import first_upper, plain_name, quantity, value_name
+from ehsid.harness.show.gap_words import first_upper, plain_name, value_name
 from ehsid.harness.show.units import column
 from ehsid.harness.signals.simulation import simulate
 
@@ -100,7 +99,7 @@ class EffectSliders:
         parts: list[Any] = []
         for subsystem, effects in effects_of(rig.plant).items():
             parts.append(look.words(f"<h2>{first_upper(subsystem)}</h2>"))
-            parts += [self._switch(effect) for effect in effects]
+            parts.append(look.in_columns(*map(self._switch, effects), least="13rem"))
         self.layout = pn.Column(*parts, sizing_mode="stretch_width")
 
     @property
@@ -132,36 +131,14 @@ class EffectSliders:
         self, effect: str, parameter: ehsid.PlantParameter, sizes: dict[str, float]
     ) -> pn.Column:
         key = ParameterKey.of_effect(effect, parameter.name)
-        stops = slider_values(parameter)
-        words = value_name(key).partition(": ")[2]
-        low, high = (quantity(stops[end], parameter.unit, 3) for end in (0, -1))
 
-        def title() -> str:
-            size = quantity(sizes[key], parameter.unit, 3)
-            return (
-                f'<p class="small">{words}: <b>{size}</b> <span class="soft">({low} to {high})'
-                "</span></p>"
-            )
-
-        shown = look.words(title())
-        # It moves over the numbers of the stops, which say nothing: the size stands above it.
-        slider = pn.widgets.IntSlider(
-            start=0,
-            end=len(stops) - 1,
-            value=int(np.argmin(np.abs(stops - sizes[key]))),
-            show_value=False,
-            stylesheets=[look.CONTROLS],
-            sizing_mode="stretch_width",
-            margin=(0, 12, 8, 8),
-        )
-
-        def moved(event: Any) -> None:
-            sizes[key] = float(stops[event.new])
-            shown.object = title()
+        def moved(size: float) -> None:
+            sizes[key] = size
             self._changed()
 
-        slider.param.watch(self._told(moved), "value")
-        return pn.Column(shown, slider, sizing_mode="stretch_width", margin=0)
+        words = value_name(key).partition(": ")[2]
+        sliding = slider_values(parameter)
+        return look.size_slider(words, parameter.unit, sliding, sizes[key], self._told(moved))
 
 
 COMMANDS = ["multisine", "steps", "triangle", "chirp"]
@@ -173,7 +150,7 @@ class PlaygroundView(View):
     key = "playground"
     title = "Playground"
     purpose = (
-        "See what an effect does: the same command with and without it. Further down, an effect "
+        "See what an effect does: the same command with and without it. Below the plots, an effect "
         "can be hidden for you to find."
     )
 
@@ -192,18 +169,13 @@ class PlaygroundView(View):
         self._sliders = pn.Column(sizing_mode="stretch_width")
         self._drawn = pn.Column(sizing_mode="stretch_width")
         self._status = look.words("")
-        right = pn.Column(self._status, self._drawn, stylesheets=[look.PLAYGROUND])
-        parts = look.beside(self._sliders, right, least="20rem")
-        right.styles |= {"flex": "2.2 1 24rem"}
         self._document = pn.state.curdoc
         self._running = threading.Lock()
         self._wanted: dict[str, float] | None = None
         self._lesson = LessonPart(self, self._rig_title)
-        self.layout.objects = [
-            pn.FlexBox(self._rig_title, self._signal, self._share),
-            parts,
-            self._lesson.layout,
-        ]
+        chosen = pn.FlexBox(self._rig_title, self._signal, self._share)
+        seen = [self._status, self._drawn, self._lesson.layout]
+        self.layout.objects = [look.panes([chosen, self._sliders], seen, (2, 3))]
         self.told(self._begin)()
 
     def _begin(self) -> None:

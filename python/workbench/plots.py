@@ -20,7 +20,8 @@ from .downsampling import Pyramid
 from .look import COLOURS, dress
 
 COLUMNS = 1200  # pixel columns that are filled
-TALLEST, LOWEST, WINDOW = 280, 105, 540  # in pixels: of a plot, and of all where there is room
+TALLEST, LOWEST, WINDOW = 280, 105, 510  # in pixels: of a plot, and of all where there is room
+TOOLS, SMALL = 30, "11px"  # height of the tools above the first plot; labels where plots are low
 WIDE = {"measured": {"line_width": 3.5, "line_alpha": 0.4}}  # what is simulated is drawn over it
 
 
@@ -95,7 +96,7 @@ def stacked(panels: Sequence[Panel], time_s: FloatArray | None, theme: str, axis
     for number, panel in enumerate(panels):
         bottom = number == len(panels) - 1
         plot = figure(
-            height=height + 30 * bottom,
+            height=height + 30 * bottom + TOOLS * (number == 0),
             sizing_mode="stretch_width",
             x_range=shared,
             tools="xpan,xwheel_zoom,xbox_zoom,reset",
@@ -128,6 +129,8 @@ def stacked(panels: Sequence[Panel], time_s: FloatArray | None, theme: str, axis
             plot.height += 30
             told |= names
         dress(plot, theme)
+        if height < WINDOW // 3:
+            plot.yaxis.axis_label_text_font_size = SMALL
         plots.append(plot)
     share_cursor(plots)
 

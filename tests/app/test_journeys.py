@@ -326,7 +326,6 @@ def test_each_step_fits_the_window(page: Any, tmp_path: Path) -> None:
     logs = [german_log(tmp_path / f"{name}.csv", 2.0, i) for i, name in enumerate(("run", "b"))]
     drop(page, *logs, BENCH)
     page.get_by_role("button", name="Next: Map").wait_for()
-    page.reload()  # without the notes on what was dropped
     for step in ("Load", "Map", "Rig", "Check"):
         page.get_by_role("button", name=re.compile(rf"\d  ?{step}")).click()
         page.get_by_role("heading", name=step, level=1).wait_for()

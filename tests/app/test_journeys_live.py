@@ -75,10 +75,10 @@ def see(page: Any, text: str | re.Pattern[str]) -> None:
 def ordinary(page: Any, seconds: str = "200") -> None:
     """Fill in what makes sense, whatever was chosen before."""
     page.get_by_label("rig", exact=True).select_option("published experiment")
+    page.get_by_label("loop", exact=True).select_option("open loop")
     page.get_by_label("duration in s").fill(seconds)
     page.get_by_label("sampling time in ms").fill("20")
     page.get_by_label("amplitude in V").fill("")
-    page.get_by_label("effects of the simulated machine").fill("")
 
 
 def start(page: Any, address: str, seconds: str = "200", *, real_time: bool = True) -> None:
@@ -98,6 +98,29 @@ def newest(live: Served) -> Path:
 
 def result(live: Served) -> dict[str, Any]:
     return json.loads((newest(live) / "hil" / "hil.json").read_text())
+
+
+def test_one_click_moves_a_servo_and_its_sliders_are_heard(page: Any, live: Served) -> None:
+    """The first journey: nothing was chosen before. All fits one screen, at rest and at work."""
+    height = "document.documentElement.scrollHeight"
+    assert page.evaluate(height) <= 900
+    press(page, "Start")
+    see(page, "The run goes on. Target: this computer")
+    page.locator(".noUi-handle").first.focus()
+    page.keyboard.press("End")
+    see(page, "Valve dead band: overlap: 0.3 ")
+    see(page, re.compile("The machine: valve dead band: overlap 30.% of rated command"))
+    see(page, "Parameters of the estimated model")
+    assert page.evaluate(height) <= 900
+    other = page.context.new_page()  # begins with the machine as it is
+    other.goto(page.url)
+    see(other, "Valve dead band: overlap: 0.3 ")
+    other.close()
+    press(page, "Stop")
+    see(page, "bit for bit those of this host")
+    assert page.evaluate(height) <= 900
+    settings = json.loads((newest(live) / "settings.json").read_text())
+    assert (settings["target"], settings["effects"]) == ("here", "")
 
 
 def test_a_run_to_its_end_and_a_machine_of_its_record(

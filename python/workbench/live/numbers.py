@@ -44,6 +44,7 @@ def status_words(status: int) -> str:
 
 
 DRAWN = ("position_m", "reference_m", "command_v", "forgetting_factor")
+SERVO = ("velocity_gain", "omega_n", "xi")
 RATE_S = 2.0  # on the wall clock, over which the rate is counted
 LEAST_SPAN = 1e-9
 
@@ -57,11 +58,12 @@ class Drawn:
     """For each block its minimum and its maximum, shape (2 m,): times, and values by name. Where
     the samples are few, each is a block of its own, and a point: shape (m,)."""
     at_s: FloatArray
-    theta: FloatArray
+    values: FloatArray
     low: FloatArray
     high: FloatArray
-    """Ends of the blocks, shape (m,), and for each of n parameters its newest value in the block
-    and the bounds of value ± deviation in it; shape (n, m)."""
+    """Ends of the blocks, shape (m,), and for K, omega_n, xi and each of n parameters the newest
+    value in the block and the bounds of its interval in it; shape (3 + n, m). NaN where it is not
+    known yet."""
 
 
 def drawn(rows: FloatArray, columns: int) -> Drawn:
@@ -70,24 +72,26 @@ def drawn(rows: FloatArray, columns: int) -> Drawn:
     count = len(rows)
     if count == 0:
         empty = np.zeros(0)
-        none = np.zeros((n, 0))
+        none = np.zeros((len(SERVO) + n, 0))
         return Drawn(empty, dict.fromkeys(DRAWN, empty), empty, none, none, none)
     few = count <= 2 * columns
     blocks = count if few else columns
     starts = np.unique(np.linspace(0, count, blocks, endpoint=False).astype(np.int64))
     ends = np.append(starts[1:], count) - 1
     time_s = rows[:, 0]
-    theta = rows[:, len(COLUMNS) : len(COLUMNS) + n]
-    deviation = rows[:, len(COLUMNS) + n :]
+    servo = [COLUMNS.index(name) for name in SERVO]
+    half = [COLUMNS.index(f"{name}_half") for name in SERVO]
+    values = np.hstack([rows[:, servo], rows[:, len(COLUMNS) : len(COLUMNS) + n]])
+    deviation = np.hstack([rows[:, half], rows[:, len(COLUMNS) + n :]])
     middle = 0.5 * (time_s[starts] + time_s[ends])
     signals = {name: rows[:, COLUMNS.index(name)] for name in DRAWN}
     return Drawn(
         time_s if few else np.stack([time_s[starts], middle], axis=1).ravel(),
         signals if few else {name: _extremes(one, starts) for name, one in signals.items()},
         time_s[ends],
-        theta[ends].T.copy(),
-        np.fmin.reduceat(theta - deviation, starts, axis=0).T.copy(),
-        np.fmax.reduceat(theta + deviation, starts, axis=0).T.copy(),
+        values[ends].T.copy(),
+        np.fmin.reduceat(values - deviation, starts, axis=0).T.copy(),
+        np.fmax.reduceat(values + deviation, starts, axis=0).T.copy(),
     )
 
 
@@ -96,18 +100,18 @@ def _extremes(values: FloatArray, starts: npt.NDArray[np.int64]) -> FloatArray:
     return np.stack([low, high], axis=1).ravel()
 
 
-def span(theta: FloatArray, low: FloatArray, high: FloatArray) -> tuple[float, float]:
-    """Returns the range of an axis for a parameter and its band, each of shape (m,).
+def span(values: FloatArray) -> tuple[float, float]:
+    """Returns the range of an axis for the course of an estimate, shape (m,).
 
-    After a vague start or a reset the first values and deviations are orders of magnitude too
-    large; the newer half of the points decides.
+    After a vague start or a reset the first values are orders of magnitude too large, and intervals
+    may be as wide as they like: the values of the newer half decide.
     """
-    half = theta.size // 2
-    values = theta[half:]
-    below, above = np.median(values - low[half:]), np.median(high[half:] - values)
-    bottom, top = np.quantile(values, [0.02, 0.98])
-    bottom, top = float(bottom - 1.5 * below), float(top + 1.5 * above)
-    margin = 0.15 * (top - bottom) + LEAST_SPAN * max(1.0, abs(top))
+    newer = values[values.size // 2 :]
+    known = newer[np.isfinite(newer)]
+    if known.size == 0:
+        return -1.0, 1.0
+    bottom, top = (float(one) for one in np.quantile(known, [0.02, 0.98]))
+    margin = 0.3 * (top - bottom) + 0.1 * max(abs(top), abs(bottom)) + LEAST_SPAN
     return bottom - margin, top + margin
 
 
@@ -195,9 +199,10 @@ def numbers_html(rows: FloatArray, status: RunStatus, *, running: bool) -> str:
         ("valve closed by the watchdog", f"{last['resumed']:.0f}"),
         ("resets of the target", f"{last['restarts']:.0f}"),
     )
+    counts = f"<h2>Line</h2>{_cells(line)}" if last["sent"] else ""
     return (
         f'<div class="bar"><i style="width:{min(100.0, share):.1f}%"></i></div>'
-        f"<p>{sentence} {settled}{limited}</p>{agrees}{_cells(cells)}<h2>Line</h2>{_cells(line)}"
+        f"<p>{sentence} {settled}{limited}</p>{agrees}{_cells(cells)}{counts}"
     )
 
 

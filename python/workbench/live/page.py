@@ -1,8 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""The page Live in one browser tab: the form, and the run that goes on or ended last.
-
-The form of a run: target, machine, test signal and estimator.
-"""
+"""The page Live in one browser tab: a run that goes on or ended last, beside what can be done."""
 
 from __future__ import annotations
 
@@ -19,139 +16,24 @@ from ehsid.hil.faults import TO_HOST, TO_TARGET
 
 from .. import look
 from ..jobs import State
-from ..look import in_columns
-from ..workbench import ERRORS, Workbench
+from ..workbench import ERRORS
+from .form import LiveForm
 from .numbers import drawn, ended_html, events_html, numbers_html, state_words, tidy
 from .plots import COLUMNS, LivePlots
 from .runs import LiveRuns
-from .settings import MACHINES, POLICIES, SIGNALS, LiveSettings, command, python
+from .settings import command, python
 from .watching import FAULTS, RING, RingReader, RunStatus, read_status
 
-PUBLISHED, OTHER = "published experiment", "another rig file"
-TARGETS = {"serial port or address": False, "firmware in QEMU": True}
-LOOPS = {"open loop": False, "position control": True}
-PACES = {"in real time": True, "as fast as it goes": False}
-GAINS = {"follows the estimate": True, "stays fixed": False}
-ABOUT_LOOPS = (
-    "<p class='soft'>In the open loop the test signal is the command. With position control it is "
-    "the reference of the controller on the target.</p>"
-)
-# Fields in which the user types: name in the settings, label, and what an empty one shows.
-TYPED = {
-    "port": ("serial port or address", "such as /dev/ttyACM0 or socket://localhost:4444"),
-    "baud": ("baud rate of a serial port", "115200"),
-    "image": ("firmware image, an ELF file", "such as build/firmware/servo_an386.elf"),
-    "rig": ("path of the rig file", "such as rig.toml"),
-    "effects": ("effects of the simulated machine", "such as coulomb_friction.force_n=400"),
-    "duration_s": ("duration in s", "60"),
-    "dt_ms": ("sampling time in ms", "20"),
-    "amplitude": ("amplitude in V", "a tenth of the rated one"),
-    "bandwidth_hz": ("bandwidth of the loop in Hz", "at most 2"),
-    "seed": ("seed of signal and noise", "0"),
-}
-
-
-class LiveForm:
-    """The fields, filled with the settings of the last run.
-
-    Attributes
-    ----------
-    layout
-        what is shown.
-    """
-
-    def __init__(self, workbench: Workbench, settings: LiveSettings) -> None:
-        self._fields: dict[str, Any] = {
-            name: look.text_input(label, value=getattr(settings, name), placeholder=hint)
-            for name, (label, hint) in TYPED.items()
-        }
-        rigs = {
-            f"machine {name}": str(workbench.opened(name).rig_file)
-            for name in workbench.names()
-            if workbench.opened(name).rig_file.exists()
-        }
-        self._rigs = {PUBLISHED: "", **rigs, OTHER: OTHER}
-        chosen = settings.rig if settings.rig in self._rigs.values() else OTHER
-        self._rig = look.select("rig", options=self._rigs, value=chosen)
-        self._fields |= {
-            "emulated": look.select("target", options=TARGETS, value=settings.emulated),
-            "machine": look.select(
-                "board of QEMU",
-                options={f"{n}, {m}": n for n, m in MACHINES.items()},
-                value=settings.machine,
-            ),
-            "position_control": look.select("loop", options=LOOPS, value=settings.position_control),
-            "signal": look.select("test signal", options=list(SIGNALS), value=settings.signal),
-            "forgetting": look.select(
-                "forgetting policy", options=list(POLICIES), value=settings.forgetting
-            ),
-            "retune": look.select("gain of the controller", options=GAINS, value=settings.retune),
-            "real_time": look.select("pace", options=PACES, value=settings.real_time),
-        }
-        for name in ("emulated", "position_control"):
-            self._fields[name].param.watch(lambda event: self._show(), "value")
-        self._rig.param.watch(lambda event: self._show(), "value")
-        field = self._fields
-        self.layout = pn.Column(
-            look.words("<h2>Target</h2>"),
-            self._row("emulated", "port", "baud", "image", "machine", least="19rem"),
-            look.words("<h2>Machine, which is simulated here</h2>"),
-            in_columns(self._rig, field["rig"], field["effects"], least="19rem"),
-            look.words(f"<h2>Run</h2>{ABOUT_LOOPS}"),
-            self._row("position_control", "signal", "amplitude", "duration_s", "dt_ms", "seed"),
-            self._row("forgetting", "real_time", "bandwidth_hz", "retune"),
-            sizing_mode="stretch_width",
-        )
-        self._show()
-
-    def _row(self, *names: str, least: str = "14rem") -> pn.Column:
-        return in_columns(*(self._fields[name] for name in names), least=least)
-
-    def _show(self) -> None:
-        """Shows the fields that the choices need."""
-        field, control = self._fields, self._fields["position_control"].value
-        for name in ("image", "machine"):
-            field[name].visible = field["emulated"].value
-        for name in ("port", "baud"):
-            field[name].visible = not field["emulated"].value
-        field["rig"].visible = self._rig.value == OTHER
-        field["bandwidth_hz"].visible = field["retune"].visible = control
-        field["amplitude"].name = "amplitude in mm" if control else "amplitude in V"
-        field["amplitude"].placeholder = (
-            "3 % of the stroke" if control else "a tenth of the rated one"
-        )
-
-    def settings(self) -> LiveSettings:
-        """Returns what is chosen.
-
-        Raises
-        ------
-        ValueError
-            another rig file is chosen, and not named.
-        """
-        values = {name: field.value for name, field in self._fields.items()}
-        if self._rig.value != OTHER:
-            values["rig"] = self._rig.value
-        elif not values["rig"].strip():
-            raise ValueError(
-                "path of the rig file: nothing is given: expected a file such as rig.toml; fill it "
-                "in, or choose another rig"
-            )
-        if not values["position_control"]:
-            values["bandwidth_hz"] = ""
-        return LiveSettings(**values)
-
-
 PERIOD_MS = 200
-WINDOWS = {"the last 5 s": 5.0, "the last 20 s": 20.0, "the last 2 min": 120.0,
+WINDOWS = {"the last 20 s": 20.0, "the last 5 s": 5.0, "the last 2 min": 120.0,
            "as long as is kept": float("inf")}  # fmt: skip
 WAYS = {"on the way to the target": TO_TARGET, "on the way to the host": TO_HOST}
 RECENT = 1000  # samples, over which the rate is counted
 PURPOSE = (
-    '<h1>Live</h1><p class="soft">A run with the hardware in the loop: the machine is simulated '
-    "here, the controller and the estimator run on the target. The run goes on when this page is "
-    "closed; every page shows the same run.</p>"
+    '<h1>Live</h1><p class="soft">See a servo move while its model is estimated. The machine is '
+    "simulated here; controller and estimator run on this computer, or on your board.</p>"
 )
+EMPTY = '<p class="soft">The signals and the estimates of a run are drawn here as it goes on.</p>'
 
 
 class LivePage:
@@ -171,9 +53,10 @@ class LivePage:
         self.theme = "dark" if asked[0] == b"dark" else "light"
         self._problem, self._status, self._numbers = (look.words("") for _ in range(3))
         self._result, self._events, self._equivalent = (look.words("") for _ in range(3))
-        self._form = LiveForm(runs.workbench, runs.settings())
-        self._fold = pn.Column(self._form.layout, sizing_mode="stretch_width")
-        self._signals, self._estimates = (pn.Column(sizing_mode="stretch_width") for _ in "se")
+        latest = runs.latest()
+        values = {} if latest is None else read_status(latest).machine
+        self._form = LiveForm(runs.workbench, runs.settings(), values, self._change_machine)
+        self._drawn = pn.Column(look.words(EMPTY), sizing_mode="stretch_width")
         self._plots: LivePlots | None = None
         self._ring: RingReader | None = None
         self._shown: Path | None = None  # the run of the plots
@@ -182,7 +65,7 @@ class LivePage:
         self._stop = self._button("Stop", self._end)
         self._machine = self._button("Make a machine of this record", self._make_machine)
         self._machine.jscallback(tags="if (cb_obj.tags.length) location.assign(cb_obj.tags[0])")
-        self._window = look.select("show", options=list(WINDOWS), width=300)
+        self._window = look.select("show", options=list(WINDOWS), width=170)
         self._controls = self._make_controls()
         self.template = self._make_template()
         pn.state.add_periodic_callback(self.refresh, period=PERIOD_MS)
@@ -191,34 +74,25 @@ class LivePage:
     def _make_template(self) -> pn.Template:
         template = look.template("view", self.theme)
         template.add_variable("view", "live")
-        parts = pn.Column(
-            look.words(PURPOSE),
+        left = (
+            pn.FlexBox(self._start, self._stop, self._window, align_items="end"),
             self._problem,
-            self._fold,
-            pn.Row(self._start, self._stop, margin=(8, 0)),
             self._status,
             self._result,
             self._machine,
             self._numbers,
-            self._beside(),
-            self._estimates,
+            self._form.target,
+            self._form.sliders,
+            self._form.run,
+            self._controls,
             self._events,
             self._equivalent,
-            sizing_mode="stretch_width",
         )
+        parts = pn.Column(look.words(PURPOSE), look.panes(left, [self._drawn], (2, 3)))
+        parts.sizing_mode = "stretch_width"
         template.add_panel("view", parts)
         template.title = "Live - ehsid"
         return template
-
-    def _beside(self) -> pn.FlexBox:
-        """Returns the signals, and beside them what can be done; below them where it is narrow."""
-        signals = pn.Column(self._window, self._signals)
-        signals.styles = {"flex": "3 1 34rem", "min-width": "min(34rem, 100%)"}
-        self._controls.styles = {"flex": "1 1 20rem", "min-width": "min(20rem, 100%)"}
-        return pn.FlexBox(
-            signals, self._controls, sizing_mode="stretch_width", gap="0 1.5rem",
-            align_items="start",
-        )  # fmt: skip
 
     def _button(
         self, name: str, handler: Callable[[], None], *, primary: bool = False
@@ -257,6 +131,9 @@ class LivePage:
             self._restoring,
             self._faults,
         )
+
+    def _change_machine(self, values: dict[str, float]) -> None:
+        self._runs.request("machine", values)
 
     def _disturb(self, kind: str) -> None:
         self._runs.request("fault", kind, WAYS[self._way.value])
@@ -311,7 +188,8 @@ class LivePage:
         running = self._runs.running
         _set(self._start, visible=not running)
         _set(self._stop, visible=running)
-        _set(self._fold, visible=not running)
+        _set(self._form.target, visible=not running)
+        _set(self._form.run, visible=not running)
         self._open(folder, status)
         begun = running and self._ring is not None and self._ring.count > 0
         _set(self._controls, visible=begun)
@@ -337,15 +215,12 @@ class LivePage:
         ring = None if folder is None else folder / RING
         if folder is None or ring is None or not ring.exists() or not status.parameters:
             self._plots = self._ring = None
-            _set(self._signals, objects=[])
-            _set(self._estimates, objects=[])
         elif folder != self._shown or self._plots is None:
             self._ring = RingReader(ring)
             self._plots = LivePlots(
                 status.parameters, reference=status.position_control, theme=self.theme
             )
-            self._signals.objects = [self._plots.signals]
-            self._estimates.objects = [self._plots.estimates]
+            self._drawn.objects = [self._plots.layout]
             self._shown, self._stamp = folder, ()
         _set(self._window, visible=self._plots is not None)
 
@@ -373,10 +248,12 @@ class LivePage:
         if folder is None:
             return
         settings = self._runs.settings()
-        shown = look.plain(command(settings)), look.plain(python(settings))
+        texts = {"command": command(settings), "Python": python(settings)}
+        shown = {name: f"<pre>{look.plain(text)}</pre>" for name, text in texts.items() if text}
+        names, does = " and the ".join(shown), "do" if len(shown) > 1 else "does"
         html = (
-            "<details><summary>The command and the Python that do the same</summary>"
-            f"<pre>{shown[0]}</pre><pre>{shown[1]}</pre></details>"
+            f"<details><summary>The {names} that {does} the same</summary>"
+            f"{''.join(shown.values())}</details>"
         )
         _set(self._equivalent, object=html)
 

@@ -24,45 +24,54 @@ SIGNALS = (
     ("lambda", (("forgetting factor lambda", "forgetting_factor", 1.0),)),
 )
 FACTOR_RANGE = (0.9, 1.01)  # of lambda, which is seldom less
+HEIGHTS = (158, 108, 118)  # of the plots of signals; that of lambda stands among the parameters
+SERVO = (
+    Shown("K", "mm/s per V", 1e3), Shown("omega_n", "rad/s", 1.0), Shown("xi", "", 1.0),
+)  # fmt: skip
 
 
 class LivePlots:
-    """Signals and parameters over the newest samples.
+    """Signals, servo and parameters over the newest samples.
 
     Attributes
     ----------
-    signals, estimates
-        what is shown: the signals, and the parameters.
+    layout
+        what is shown.
     """
 
     def __init__(self, parameters: list[str], *, reference: bool, theme: str) -> None:
-        self._parameters = parameters
+        ends = column(POSITION), column(COMMAND)
+        self._estimated = [*SERVO, *(coefficient(name, *ends) for name in parameters)]
         self._time = Range1d(0.0, 1.0)
         self._signals = ColumnDataSource({"x": [], **{name: [] for name in DRAWN}})
         self._estimates = ColumnDataSource(self._empty())
         self._factor = Range1d(*FACTOR_RANGE)
-        self._ranges = [Range1d(-1.0, 1.0) for _ in parameters]
-        signals = [
+        self._ranges = [Range1d(-1.0, 1.0) for _ in self._estimated]
+        position, command, factor = (
             self._signal_plot(label, lines if reference else lines[:1], theme, number)
             for number, (label, lines) in enumerate(SIGNALS)
-        ]
-        estimates = [self._estimate_plot(i, theme) for i in range(len(parameters))]
-        share_cursor([*signals, *estimates])
-        self.signals = pn.Column(*map(look.drawn, signals), sizing_mode="stretch_width")
-        self.estimates = pn.Column(
+        )
+        factor.y_range = self._factor
+        estimates = [self._estimate_plot(i, theme) for i in range(len(self._estimated))]
+        share_cursor([position, command, factor, *estimates])
+        servo, model = estimates[: len(SERVO)], [*estimates[len(SERVO) :], factor]
+        self.layout = pn.Column(
+            look.drawn(position),
+            look.drawn(command),
+            look.words("<p><b>The servo</b>, with the 90 % interval of each value</p>"),
+            in_columns(*map(look.drawn, servo), least="15rem"),
             look.words(
-                "<h2>Parameters of the estimated model</h2><p class='soft'>The band is the "
-                "estimate ± its standard deviation.</p>"
+                "<p><b>Parameters of the estimated model</b> ± their standard deviation</p>"
             ),
-            in_columns(*map(look.drawn, estimates), least="17rem"),
+            in_columns(*map(look.drawn, model), least="11rem"),
             sizing_mode="stretch_width",
         )
 
     def _empty(self) -> dict[str, list[float]]:
-        names = [f"{kind}{i}" for i in range(len(self._parameters)) for kind in "vlh"]
+        names = [f"{kind}{i}" for i in range(len(self._estimated)) for kind in "vlh"]
         return {"x": [], **{name: [] for name in names}}
 
-    def _figure(self, label: str, axis: str | None, height: int) -> figure:
+    def _figure(self, label: str, height: int) -> figure:
         plot = figure(
             height=height,
             sizing_mode="stretch_width",
@@ -70,24 +79,19 @@ class LivePlots:
             tools="",
             toolbar_location=None,
             y_axis_label=label,
-            x_axis_label=axis,
             output_backend="canvas",
-            min_border_left=72,
+            min_border_left=62,
             min_border_right=14,
         )
-        plot.xaxis.visible = axis is not None
         plot.yaxis.ticker.desired_num_ticks = 4
+        plot.xaxis.ticker.desired_num_ticks = 3 if height < 150 else 6
         return plot
 
     def _signal_plot(
         self, label: str, lines: tuple[tuple[str, str, float], ...], theme: str, number: int
     ) -> figure:
-        last = number == len(SIGNALS) - 1
-        plot = self._figure(label, "time in s" if last else None, 165 if last else 130)
-        if number == 0:
-            plot.height = 200
-        if last:
-            plot.y_range = self._factor
+        plot = self._figure(label, HEIGHTS[number])
+        plot.xaxis.visible = number > 0
         for i, (name, key, _) in enumerate(lines):
             legend = {"legend_label": name} if len(lines) > 1 else {}
             colour = look.COLOURS[theme][i]
@@ -98,8 +102,7 @@ class LivePlots:
         return plot
 
     def _estimate_plot(self, number: int, theme: str) -> figure:
-        name = self._parameters[number]
-        plot = self._figure(_shown(name).label, "time in s", 170)
+        plot = self._figure(self._estimated[number].label, 138 if number < len(SERVO) else 118)
         plot.y_range = self._ranges[number]
         colour = look.COLOURS[theme][0]
         plot.add_layout(
@@ -129,16 +132,12 @@ class LivePlots:
         least = float(points.signals["forgetting_factor"].min())
         self._factor.start = min(FACTOR_RANGE[0], least - 0.02)
         estimates = {"x": points.at_s}
-        for i, name in enumerate(self._parameters):
-            factor = _shown(name).factor
-            values = factor * points.theta[i], factor * points.low[i], factor * points.high[i]
-            estimates |= {f"{kind}{i}": one for kind, one in zip("vlh", values, strict=True)}
-            low, high = span(*values)
-            self._ranges[i].update(start=low, end=high)
+        for i, shown in enumerate(self._estimated):
+            courses = (points.values[i], points.low[i], points.high[i])
+            values, low, high = (shown.factor * course for course in courses)
+            estimates |= {f"v{i}": values, f"l{i}": low, f"h{i}": high}
+            bottom, top = span(values)
+            self._ranges[i].update(start=bottom, end=top)
         self._estimates.data = estimates
         first, last = float(points.time_s[0]), float(points.at_s[-1])
         self._time.update(start=first, end=max(last, first + 1e-3))
-
-
-def _shown(name: str) -> Shown:
-    return coefficient(name, column(POSITION), column(COMMAND))

@@ -19,22 +19,24 @@ import re
 import shutil
 import threading
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from multiprocessing.connection import Connection
 from pathlib import Path
+from typing import Any
 
 import ehsid
 from ehsid.harness.base.encoding import json_text, read_json
 from ehsid.harness.base.files import free_folder, result_folder, write_text
 from ehsid.harness.firmware.configuration import EstimatorConfiguration
 from ehsid.harness.rigs.new import published_text
-from ehsid.harness.signals.simulation.run import OUTPUTS_OF
+from ehsid.harness.signals.simulation.run import OUTPUTS_OF, prepare
 from ehsid.hil.comparison import compare
 from ehsid.hil.configuration import ENDING, read_snapshot, restored, write_snapshot
 from ehsid.hil.faults import OnRequest, relayed
 from ehsid.hil.frames import HilError
+from ehsid.hil.host_target import HostTarget
 from ehsid.hil.messages import Stopped
 from ehsid.hil.page import UNFINISHED, copy_samples, file_names, write_reports
 from ehsid.hil.plan import Plan
@@ -46,10 +48,21 @@ from ehsid.hil.transport import EmulatedDevice, Line, SocketDevice, open_line
 from ..jobs import Job
 from ..session import Session
 from ..workbench import ERRORS, LIVE, Workbench
-from .settings import LiveSettings, Wanted, read_settings
+from .effects import machine_words
+from .settings import HERE, TARGETS, LiveSettings, Wanted, read_settings
 from .watching import FAULTS, RING, RunStatus, Watch, throttled, write_status
 
 SNAPSHOTS = "snapshots"
+
+
+@dataclass(frozen=True)
+class Target:
+    """A target, and what can be done to it; faults only where the line is not a serial port."""
+
+    line: Line | None = None
+    """Open line to it; None for this computer."""
+    faults: OnRequest | None = None
+    reset_board: Callable[[], None] | None = None
 
 
 class Requests:
@@ -64,58 +77,61 @@ class Requests:
         control: Connection,
         status: RunStatus,
         watch: Watch,
-        start: EstimatorConfiguration,
-        faults: OnRequest | None,
-        reset_board: Callable[[], None] | None,
+        plan: Plan,
+        target: Target,
     ) -> None:
         self._folder, self._control, self._status = folder, control, status
-        self._watch, self._start = watch, start
-        self._faults, self._reset_board = faults, reset_board
-        self._stops = False
+        self._watch, self._plan, self._target = watch, plan, target
 
-    def __call__(self, number: int) -> EstimatorConfiguration | None:
+    def __call__(self, number: int) -> EstimatorConfiguration | Mapping[str, float] | None:
         """Carries out what has come before a sample.
 
-        A stop waits for the next sample where the estimator is to begin anew at this one: what the
+        What stands behind a request for this sample waits for the next one, so that all that the
         events tell has happened.
         """
         del number
         request = None
-        while not self._stops and self._control.poll():
+        while request is None and self._control.poll():
             kind, *values = self._control.recv()
             if kind == "stop":
-                self._stops = True
-                break
+                raise Stopped
             try:
-                request = self._carry_out(kind, values) or request
+                request = self._carry_out(kind, values)
             except (ValueError, OSError) as error:
                 self._tell(str(error))
-        if request is not None:
+        if isinstance(request, EstimatorConfiguration):
             self._watch.begin(request)
-        elif self._stops:
-            raise Stopped
         return request
 
     def _tell(self, words: str) -> None:
         self._status.event(self._watch.time_s, words)
         write_status(self._folder, self._status)
 
-    def _carry_out(self, kind: str, values: list[str]) -> EstimatorConfiguration | None:
+    def _carry_out(
+        self, kind: str, values: list[Any]
+    ) -> EstimatorConfiguration | Mapping[str, float] | None:
+        start, faults = self._plan.configuration.estimator, self._target.faults
         match kind, values:
             case "reset", []:
                 self._tell("The estimator begins anew.")
-                return self._start
+                return start
+            case "machine", [sizes]:
+                changed: dict[str, float] = sizes
+                prepare(self._plan.rig, dt_s=self._plan.dt_s, values=changed)  # may refuse them
+                self._status.machine = changed
+                self._tell(f"The machine: {machine_words(changed)}.")
+                return changed
             case "snapshot", []:
                 self._store()
             case "restore", [name]:
-                request = restored(read_snapshot(self._folder / SNAPSHOTS / name), self._start)
+                request = restored(read_snapshot(self._folder / SNAPSHOTS / name), start)
                 self._tell(f"The estimator goes on from {name}.")
                 return request
-            case "fault", [fault, direction] if self._faults is not None:
-                self._faults.ask(fault, direction)
+            case "fault", [fault, direction] if faults is not None:
+                faults.ask(fault, direction)
                 self._tell(f"Fault: {FAULTS[fault]}, on the way {direction}.")
-            case "reset board", [] if self._reset_board is not None:
-                self._reset_board()
+            case "reset board", [] if self._target.reset_board is not None:
+                self._target.reset_board()
                 self._tell("The board was reset.")
         return None
 
@@ -133,15 +149,6 @@ class Requests:
 RESULT = "hil"
 REPORT_EVERY_S = 0.2
 HOLD_S = 1.0  # of a frame that is delayed: longer than the host waits, and than the watchdog
-
-
-@dataclass(frozen=True)
-class Target:
-    """An open line, and what can be done to it; faults only where the line is not a serial port."""
-
-    line: Line
-    faults: OnRequest | None = None
-    reset_board: Callable[[], None] | None = None
 
 
 def live_task(
@@ -169,6 +176,7 @@ def live_task(
     write_status(folder, status)
     wanted = read_settings(settings)
     plan = wanted.run.plan(wanted.rig)
+    status.machine = dict(plan.values)
     out = folder / RESULT
     with result_folder(out, "hil", file_names([""]), _inputs(settings, wanted)) as new:
         samples = free_folder(out, UNFINISHED)
@@ -188,7 +196,7 @@ def live_task(
             rig=settings.rig.strip() or "published",
             actual=None,
             effects=dict(wanted.run.values),
-            line=wanted.address or f"{wanted.image} in QEMU, {settings.machine}",
+            line=_line_words(settings, wanted),
             loop="position" if settings.position_control else "open",
             seed=wanted.run.signal.seed,
             seconds=round(time.monotonic() - began, 1),
@@ -202,6 +210,11 @@ def live_task(
     report(1.0)
 
 
+def _line_words(settings: LiveSettings, wanted: Wanted) -> str:
+    image = f"{wanted.image} in QEMU, {settings.machine}"
+    return wanted.address or (TARGETS[HERE] if settings.target == HERE else image)
+
+
 def _inputs(settings: LiveSettings, wanted: Wanted) -> list[Path]:
     rig = [Path(settings.rig).expanduser()] if settings.rig.strip() else []
     return [*rig, *([] if wanted.image is None else [wanted.image])]
@@ -211,6 +224,9 @@ def _inputs(settings: LiveSettings, wanted: Wanted) -> list[Path]:
 def _opened(wanted: Wanted, machine: str) -> Iterator[Target]:
     """Opens the line to the target; between two sockets stands a relay that can disturb it."""
     address = wanted.address or ""
+    if wanted.image is None and not address:
+        yield Target()
+        return
     if wanted.image is None and not address.lower().startswith("socket://"):
         with open_line(address, wanted.baud) as line:
             yield Target(line)
@@ -253,15 +269,13 @@ def _run(
             status.event(watch.time_s, words)
             write_status(folder, status)
 
-        session = HilSession(target.line, on_event=event)
+        session = HostTarget() if target.line is None else HilSession(target.line, on_event=event)
         identity = session.hello()
         status.board, status.firmware = identity.board, ".".join(map(str, identity.firmware))
         status.phase = "The run goes on."
         write_status(folder, status)
         share = throttled(report, REPORT_EVERY_S)
-        requests = Requests(
-            folder, control, status, watch, estimator, target.faults, target.reset_board
-        )
+        requests = Requests(folder, control, status, watch, plan, target)
         try:
             run = run_plan(
                 plan,
@@ -350,7 +364,7 @@ class LiveRuns:
             )
             heard.close()
 
-    def request(self, *words: str) -> None:
+    def request(self, *words: object) -> None:
         """Sends a request to the run that goes on; see `Requests`."""
         control = self._control
         if self.running and control is not None:

@@ -21,16 +21,22 @@ from ehsid.hil.emulator import MACHINE
 from ehsid.hil.plan import THIRD_ORDER, WATCHDOG_MS, LoopRun
 
 SIGNALS = ("multisine", "prbs", "steps", "chirp", "triangle")
+HERE, LINE, IMAGE = "here", "line", "image"
+TARGETS = {
+    HERE: "this computer, no board",
+    LINE: "serial port or address",
+    IMAGE: "firmware in QEMU",
+}
 MACHINES = {"mps2-an386": "Cortex-M4F", "mps2-an500": "Cortex-M7"}
 POLICIES = {info.id.replace("_", "-"): info for info in ehsid.policies()}
 LEAST_BAUD = 1
 
 
 class LiveSettings(msgspec.Struct, frozen=True):
-    """The form of a run; texts are as the user typed them."""
+    """The form of a run; texts are as the user typed them. The defaults move at once, on any PC."""
 
-    emulated: bool = False
-    """Whether the target is `image` in QEMU, on the board `machine`; else it is at `port`."""
+    target: str = HERE
+    """Key of `TARGETS`: this computer, or what is at `port`, or `image` in QEMU on `machine`."""
     port: str = ""
     baud: str = "115200"
     """Serial port or address of the target, and the bit rate of a serial port."""
@@ -41,14 +47,14 @@ class LiveSettings(msgspec.Struct, frozen=True):
     """Path of the rig file; "" stands for the rig of the published experiment."""
     effects: str = ""
     """Values of the simulated machine that the controller does not know, as in `--effect`."""
-    position_control: bool = False
+    position_control: bool = True
     """Whether the target controls the position; else the test signal is the command."""
     signal: str = "multisine"
     seed: str = "0"
-    duration_s: str = "60"
+    duration_s: str = "300"
     dt_ms: str = "20"
     amplitude: str = ""
-    bandwidth_hz: str = ""
+    bandwidth_hz: str = "0.5"
     """Test signal. The amplitude is in V, or in mm with position control; "" takes the default."""
     forgetting: str = TARGET_POLICY
     retune: bool = True
@@ -62,9 +68,9 @@ class Wanted:
     """The settings, read."""
 
     address: str | None
-    """Serial port or address; None for an image in QEMU."""
+    """Serial port or address; None for another target."""
     image: Path | None
-    """Path of the image; None for an address."""
+    """Path of the image of QEMU; None for another target."""
     baud: int
     rig: Rig
     run: LoopRun
@@ -78,15 +84,13 @@ def read_settings(settings: LiveSettings) -> Wanted:
     ValueError
         a field is empty that must not be, or has no sense; the message names the field.
     """
-    if settings.emulated:
-        address, image = None, _image(settings.image)
-    else:
-        address, image = settings.port.strip(), None
-        if not address:
-            raise ValueError(
-                "serial port or address: nothing is given: expected e.g. /dev/ttyACM0 or "
-                "socket://localhost:4444; fill it in, or choose the firmware in QEMU"
-            )
+    address = settings.port.strip() if settings.target == LINE else None
+    image = _image(settings.image) if settings.target == IMAGE else None
+    if address == "":
+        raise ValueError(
+            "serial port or address: nothing is given: expected e.g. /dev/ttyACM0 or "
+            "socket://localhost:4444; fill it in, or choose this computer as the target"
+        )
     dt_s = 1e-3 * number(settings.dt_ms, "sampling time", "ms")
     amplitude = number(settings.amplitude, "amplitude", "V or mm", optional=True)
     scale = 1e-3 if settings.position_control else 1.0
@@ -108,8 +112,13 @@ def read_settings(settings: LiveSettings) -> Wanted:
         parse_settings(settings.effects.replace(",", " ").split()),
         WATCHDOG_MS + (round(2000.0 * dt_s) if settings.real_time else 0),
     )
-    rig = read_rig(Path(settings.rig).expanduser()) if settings.rig.strip() else published_rig()
-    return Wanted(address, image, whole(settings.baud, "baud rate", LEAST_BAUD), rig, run)
+    baud = whole(settings.baud, "baud rate", LEAST_BAUD)
+    return Wanted(address, image, baud, rig_of(settings.rig), run)
+
+
+def rig_of(path: str) -> Rig:
+    """Reads a rig file; "" stands for the rig of the published experiment."""
+    return read_rig(Path(path).expanduser()) if path.strip() else published_rig()
 
 
 def number(text: str, what: str, unit: str, *, optional: bool = False) -> float:
@@ -159,12 +168,14 @@ def _image(text: str) -> Path:
 
 
 def command(settings: LiveSettings) -> str:
-    """Returns the command that does the same."""
+    """Returns the command that does the same; "" without a board, because there is none."""
+    if settings.target == HERE:
+        return ""
     scale = 1e-3 if settings.position_control else 1.0
     amplitude = number(settings.amplitude, "amplitude", "V or mm", optional=True)
     bandwidth = number(settings.bandwidth_hz, "bandwidth", "Hz", optional=True)
     words = ["ehsid", "hil"]
-    if settings.emulated:
+    if settings.target == IMAGE:
         words += ["--qemu", settings.image.strip(), "--machine", settings.machine]
     else:
         words += ["--port", settings.port.strip(), "--baud", settings.baud.strip()]
@@ -200,6 +211,7 @@ def python(settings: LiveSettings) -> str:
             "from pathlib import Path",
             "from ehsid.workbench.live.settings import LiveSettings, read_settings",
             "from ehsid.hil.emulator import emulated",
+            "from ehsid.hil.host_target import HostTarget",
             "from ehsid.hil.recording import Recording",
             "from ehsid.hil.run import run_plan",
             "from ehsid.hil.session import Session",
@@ -211,13 +223,14 @@ def python(settings: LiveSettings) -> str:
             "plan = wanted.run.plan(wanted.rig)",
             "orders = plan.configuration.estimator.orders",
             "with ExitStack() as stack:",
-            "    port = wanted.address",
+            "    session, port = HostTarget(), wanted.address",
             "    if wanted.image is not None:",
             "        port = stack.enter_context(emulated(wanted.image, settings.machine))",
-            "    line = stack.enter_context(open_line(port, wanted.baud))",
+            "    if port is not None:",
+            "        session = Session(stack.enter_context(open_line(port, wanted.baud)))",
             "    made = Recording(Path('samples'), OUTPUTS_OF[plan.rig.plant], orders)",
             "    with made as recording:",
-            "        run_plan(plan, Session(line), recording, real_time=settings.real_time)",
+            "        run_plan(plan, session, recording, real_time=settings.real_time)",
             "",
         ]
     )

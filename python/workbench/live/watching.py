@@ -22,6 +22,7 @@ import msgspec
 import numpy as np
 import numpy.typing as npt
 
+import ehsid
 from ehsid.harness.base.encoding import json_text, read_json
 from ehsid.harness.base.files import write_text
 from ehsid.harness.base.numbers import FloatArray
@@ -71,6 +72,13 @@ COLUMNS = (
     "resumed",
     "restarts",
     "agrees",
+    # K, omega_n and xi of the servo, each with the half width of its 90 % interval.
+    "velocity_gain",
+    "velocity_gain_half",
+    "omega_n",
+    "omega_n_half",
+    "xi",
+    "xi_half",
 )
 
 
@@ -94,6 +102,8 @@ class RunStatus(msgspec.Struct):
     faults: bool = False
     """Whether faults can be put into the line; `board_reset`: whether the board can be reset."""
     board_reset: bool = False
+    machine: dict[str, float] = msgspec.field(default_factory=dict)
+    """Values of the simulated machine in place of those of its rig, by full name."""
     events: list[tuple[float, str]] = msgspec.field(default_factory=list)
     """What has happened, the newest last: time in the run, s, and words."""
     snapshots: list[str] = msgspec.field(default_factory=list)
@@ -171,10 +181,11 @@ class Watch(Recording):
     """
 
     def __init__(
-        self, folder: Path, samples: Path, outputs: Sequence[str], plan: Plan, line: Line
+        self, folder: Path, samples: Path, outputs: Sequence[str], plan: Plan, line: Line | None
     ) -> None:
         self._plan = plan.configuration.estimator
         super().__init__(samples, outputs, self._plan.orders)
+        self._dt_s = plan.dt_s
         self.time_s = 0.0
         self.agrees = True
         self._rig = plan.rig.name
@@ -191,6 +202,8 @@ class Watch(Recording):
 
     def _begin(self, configuration: EstimatorConfiguration) -> None:
         self._now, self._estimator = configuration, configuration.estimator()
+        # Beside that of the target: what a control engineer reads.
+        self._servo = ehsid.ServoEstimator(self._dt_s)
 
     def snapshot(self) -> Snapshot:
         """Returns the present estimate; see `taken`."""
@@ -214,6 +227,8 @@ class Watch(Recording):
             self._restarts = restarts
             self._begin(self._plan)
         self._estimator.step(result.command_v, outputs["position_m"])
+        self._servo.step(result.command_v, outputs["position_m"])
+        found = self._servo.servo()
         ours = np.asarray(self._estimator.theta_hat, dtype=np.float32)
         self.agrees &= ours.tobytes() == np.asarray(result.theta, dtype=np.float32).tobytes()
         self.time_s, self._theta = time_s, result.theta
@@ -231,7 +246,7 @@ class Watch(Recording):
             "converged": result.converged,
             "limited": result.limited,
             "changes": result.resets,
-            "sent": self._line.sent,
+            "sent": 0 if self._line is None else self._line.sent,
             "asked_again": counters.asked_again,
             "late": counters.late,
             "bad_here": counters.bad_frames,
@@ -239,6 +254,12 @@ class Watch(Recording):
             "resumed": counters.resumed,
             "restarts": restarts,
             "agrees": self.agrees,
+            "velocity_gain": found.gain.value,
+            "velocity_gain_half": found.gain.half_width,
+            "omega_n": found.omega_n.value,
+            "omega_n_half": found.omega_n.half_width,
+            "xi": found.xi.value,
+            "xi_half": found.xi.half_width,
         }
         deviation = self._estimator.standard_deviation
         self._ring.add([*(values[name] for name in COLUMNS), *result.theta, *deviation])

@@ -15,12 +15,14 @@ from app_sessions import BENCH
 from estimating_target import EstimatingTarget
 from hil_target import FakeDevice
 
+from ehsid.harness.firmware.configuration import EstimatorConfiguration
 from ehsid.harness.records import read_record
+from ehsid.harness.rigs.new import published_rig
 from ehsid.hil.faults import Relay, relayed
 from ehsid.hil.messages import Stopped
 from ehsid.workbench.jobs import Job, State
-from ehsid.workbench.live.runs import SERVED, LiveRuns, Requests
-from ehsid.workbench.live.settings import LiveSettings
+from ehsid.workbench.live.runs import SERVED, LiveRuns, Requests, Target
+from ehsid.workbench.live.settings import LINE, LiveSettings, read_settings
 from ehsid.workbench.live.watching import COLUMNS, RING, RingReader, RunStatus, read_status
 from ehsid.workbench.workbench import Workbench
 
@@ -62,19 +64,21 @@ def samples(folder: Path) -> int:
 
 @pytest.mark.slow
 def test_a_run_writes_what_the_command_writes(runs: LiveRuns, target: Relay) -> None:
-    settings = LiveSettings(port=target.port, rig=str(BENCH), duration_s="3", real_time=False)
+    settings = LiveSettings(
+        target=LINE, port=target.port, rig=str(BENCH), duration_s="5", real_time=False
+    )
     job, folder = started(runs, settings)
     job.wait(60.0)
     assert (job.state, job.message) == (State.done, "")
     found = json.loads((folder / "hil" / "hil.json").read_text())
     assert found["equal_to_host"]
-    assert found["runs"][0]["samples"] == samples(folder) == 150
+    assert found["runs"][0]["samples"] == samples(folder) == 250
     assert found["provenance"]["line"] == target.port
-    assert read_record(folder / "hil" / "record.csv").column("position_m").size == 150
+    assert read_record(folder / "hil" / "record.csv").column("position_m").size == 250
     assert not list((folder / "hil").glob("unfinished*"))
     newest = RingReader(folder / RING).newest(1)[0]
     assert newest[COLUMNS.index("agrees")] == 1.0
-    assert newest[COLUMNS.index("sent")] >= 153  # hello, configure, start
+    assert newest[COLUMNS.index("sent")] >= 253  # hello, configure, start
     status = read_status(folder)
     assert (status.board, status.faults, status.board_reset) == ("fake", True, False)
     assert runs.settings() == settings
@@ -87,9 +91,11 @@ def test_a_run_writes_what_the_command_writes(runs: LiveRuns, target: Relay) -> 
 
 @pytest.mark.slow
 def test_requests_are_carried_out_and_the_run_stopped(runs: LiveRuns, target: Relay) -> None:
-    job, folder = started(runs, LiveSettings(port=target.port, duration_s="200", dt_ms="10"))
+    job, folder = started(
+        runs, LiveSettings(target=LINE, port=target.port, duration_s="200", dt_ms="10")
+    )
     until(lambda: samples(folder) > 20)
-    runs.start(LiveSettings(port=target.port))  # nothing happens while one goes on
+    runs.start(LiveSettings(target=LINE, port=target.port))  # nothing happens while one goes on
     assert runs.job is job
     runs.request("snapshot")
     until(lambda: bool(read_status(folder).snapshots))
@@ -115,6 +121,10 @@ def test_requests_are_carried_out_and_the_run_stopped(runs: LiveRuns, target: Re
     assert run["line"]["asked_again"] >= 1
 
 
+OVERLAP = "effects.valve_dead_band.overlap"
+LEAK = "effects.internal_leakage.coefficient_m3_s_pa"
+
+
 class Beginnings:
     """In the place of a Watch: what the estimator began with."""
 
@@ -127,25 +137,61 @@ class Beginnings:
         self.seen.append(configuration)
 
 
+def requests_of(folder: Path, there: Any, watch: Any) -> Requests:
+    plan = read_settings(LiveSettings(duration_s="5")).run.plan(published_rig())
+    return Requests(folder, there, RunStatus(), watch, plan, Target())
+
+
 def test_a_stop_behind_a_reset_waits_until_it_is_carried_out(tmp_path: Path) -> None:
     """A slow host finds both before one sample."""
     here, there = multiprocessing.Pipe()
-    start: Any = object()
-    watch: Any = Beginnings()
-    requests = Requests(tmp_path, there, RunStatus(phase=""), watch, start, None, None)
+    watch = Beginnings()
+    requests = requests_of(tmp_path, there, watch)
     here.send(("reset",))
     here.send(("stop",))
-    assert requests(20) is start
+    start = requests(20)
     with pytest.raises(Stopped):
         requests(21)
+    assert isinstance(start, EstimatorConfiguration)
     assert watch.seen == [start]
     assert [words for _, words in read_status(tmp_path).events] == ["The estimator begins anew."]
+
+
+def test_a_machine_that_cannot_be_is_told_and_the_run_goes_on(tmp_path: Path) -> None:
+    here, there = multiprocessing.Pipe()
+    requests = requests_of(tmp_path, there, Beginnings())
+    here.send(("machine", {OVERLAP: 7.0}))
+    here.send(("machine", {OVERLAP: 0.06}))
+    assert requests(0) == {OVERLAP: 0.06}
+    status = read_status(tmp_path)
+    assert "expected" in status.events[0][1]
+    assert status.events[1][1].startswith("The machine: valve dead band: overlap 6")
+    assert status.machine == {OVERLAP: 0.06}
+
+
+@pytest.mark.slow
+def test_without_hardware_an_effect_is_moved_while_the_run_goes_on(runs: LiveRuns) -> None:
+    job, folder = started(runs, LiveSettings(duration_s="200"))
+    until(lambda: samples(folder) > 20)
+    runs.request("machine", {OVERLAP: 0.06})
+    until(lambda: bool(read_status(folder).events))
+    at = samples(folder)
+    until(lambda: samples(folder) > at + 20)
+    runs.stop(begun=True)
+    job.wait(60.0)
+    assert (job.state, job.message) == (State.done, "")
+    status = read_status(folder)
+    assert (status.board, status.faults) == ("this computer", False)
+    assert status.machine == {OVERLAP: 0.06}
+    last = RingReader(folder / RING).newest(1)[0]
+    assert last[COLUMNS.index("agrees")] == 1.0
+    assert "the user changed the simulated machine" in (folder / "hil" / "hil.html").read_text()
 
 
 @pytest.mark.thorough
 def test_a_run_that_fails_says_where_its_samples_are(runs: LiveRuns) -> None:
     with relayed(FakeDevice(EstimatingTarget())) as relay:
-        job, folder = started(runs, LiveSettings(port=relay.port))
+        job, folder = started(runs, LiveSettings(target=LINE, port=relay.port))
         until(lambda: samples(folder) > 5)
     job.wait(60.0)
     assert job.state is State.failed
@@ -159,7 +205,7 @@ def test_a_run_that_fails_says_where_its_samples_are(runs: LiveRuns) -> None:
 
 @pytest.mark.thorough
 def test_only_the_newest_run_keeps_its_ring(runs: LiveRuns, target: Relay) -> None:
-    settings = LiveSettings(port=target.port, duration_s="1", real_time=False)
+    settings = LiveSettings(target=LINE, port=target.port, duration_s="5", real_time=False)
     _, first = started(runs, settings)
     assert runs.job is not None
     runs.job.wait(60.0)
@@ -173,7 +219,7 @@ def test_only_the_newest_run_keeps_its_ring(runs: LiveRuns, target: Relay) -> No
 
 @pytest.mark.thorough
 def test_the_end_of_the_program_ends_the_run(runs: LiveRuns, target: Relay) -> None:
-    job, folder = started(runs, LiveSettings(port=target.port))
+    job, folder = started(runs, LiveSettings(target=LINE, port=target.port))
     until(lambda: samples(folder) > 5)
     runs.close()
     assert not job.running
@@ -182,7 +228,7 @@ def test_the_end_of_the_program_ends_the_run(runs: LiveRuns, target: Relay) -> N
 
 def test_what_makes_no_sense_begins_no_run(runs: LiveRuns) -> None:
     with pytest.raises(ValueError, match="duration"):
-        runs.start(LiveSettings(port="loop://", duration_s="soon"))
+        runs.start(LiveSettings(target=LINE, port="loop://", duration_s="soon"))
     assert runs.latest() is None
 
 

@@ -17,9 +17,17 @@ from ehsid.harness.cli import cli
 from ehsid.harness.cli.policy_option import POLICIES
 from ehsid.workbench.live import settings as module
 from ehsid.workbench.live.numbers import tidy
-from ehsid.workbench.live.settings import LiveSettings, command, python, read_settings
+from ehsid.workbench.live.settings import (
+    IMAGE,
+    LINE,
+    LiveSettings,
+    command,
+    python,
+    read_settings,
+)
 
 FILLED = LiveSettings(
+    target=LINE,
     port="socket://localhost:4444",
     rig=str(BENCH),
     effects="coulomb_friction.force_n=400, ",
@@ -44,6 +52,13 @@ def test_units_of_engineers_become_si() -> None:
     assert volts.run.signal.amplitude == 4.5
 
 
+def test_the_first_choice_needs_nothing() -> None:
+    wanted = read_settings(LiveSettings())
+    assert (wanted.address, wanted.image) == (None, None)
+    assert wanted.run.position_control
+    assert command(LiveSettings()) == ""  # `ehsid hil` is for boards
+
+
 def test_real_time_gives_the_watchdog_more_time() -> None:
     slow = read_settings(FILLED).run.watchdog_ms
     assert slow == read_settings(replace(FILLED, real_time=False)).run.watchdog_ms + 10
@@ -53,7 +68,7 @@ def test_real_time_gives_the_watchdog_more_time() -> None:
     ("change", "says"),
     [
         ({"port": " "}, "serial port or address: nothing is given"),
-        ({"emulated": True}, "firmware image: nothing is given"),
+        ({"target": IMAGE}, "firmware image: nothing is given"),
         ({"duration_s": "inf"}, "duration: 'inf': expected a number above 0, in s"),
         ({"dt_ms": "0"}, "sampling time: '0': expected a number above 0, in ms"),
         ({"amplitude": "much"}, "amplitude: 'much'"),
@@ -73,8 +88,8 @@ def test_what_is_wrong_is_told(change: dict[str, Any], says: str) -> None:
     "settings",
     [
         FILLED,
-        LiveSettings(port="socket://localhost:4444", real_time=False, forgetting="constant"),
-        LiveSettings(emulated=True, image="my firmware.elf", retune=False),
+        LiveSettings(target=LINE, port="socket://localhost:4444", real_time=False),
+        LiveSettings(target=IMAGE, image="my firmware.elf", retune=False, forgetting="constant"),
     ],
 )
 def test_the_command_means_the_same(

@@ -20,7 +20,7 @@ from ehsid.workbench.live.watching import (
     write_status,
 )
 
-N = 2
+N, SERVO = 2, 3
 
 
 def rows_of(count: int) -> np.ndarray:
@@ -29,6 +29,10 @@ def rows_of(count: int) -> np.ndarray:
     rows[:, COLUMNS.index("wall_s")] = 0.02 * np.arange(count)
     rows[:, len(COLUMNS) : len(COLUMNS) + N] = [1.0, -2.0]
     rows[:, len(COLUMNS) + N :] = [0.1, 0.2]
+    known = {"velocity_gain": (0.03, 0.005), "omega_n": (20.0, 5.0), "xi": (0.1, 0.05)}
+    for name, (value, half) in known.items():
+        rows[:, COLUMNS.index(name)] = value
+        rows[:, COLUMNS.index(f"{name}_half")] = half
     return rows
 
 
@@ -66,8 +70,10 @@ def test_few_samples_are_drawn_as_they_are() -> None:
     rows = rows_of(50)
     points = drawn(rows, 100)
     np.testing.assert_array_equal(points.time_s, rows[:, 0])
-    np.testing.assert_allclose(points.low, [[0.9] * 50, [-2.2] * 50])
-    np.testing.assert_allclose(points.high, [[1.1] * 50, [-1.8] * 50])
+    np.testing.assert_allclose(points.low[SERVO:], [[0.9] * 50, [-2.2] * 50])
+    np.testing.assert_allclose(points.high[SERVO:], [[1.1] * 50, [-1.8] * 50])
+    np.testing.assert_allclose(points.values[:SERVO], [[0.03] * 50, [20.0] * 50, [0.1] * 50])
+    np.testing.assert_allclose(points.high[:SERVO], [[0.035] * 50, [25.0] * 50, [0.15] * 50])
 
 
 def test_many_samples_keep_their_peaks_and_are_few_points() -> None:
@@ -78,7 +84,7 @@ def test_many_samples_keep_their_peaks_and_are_few_points() -> None:
     assert points.time_s.size == points.signals["position_m"].size == 200
     assert points.at_s.size == 100
     assert points.signals["position_m"].max() == 7.0
-    assert points.high[0].max() == pytest.approx(5.1)
+    assert points.high[SERVO].max() == pytest.approx(5.1)
     assert points.at_s[-1] == rows[-1, 0]
     assert np.all(np.diff(points.time_s) >= 0.0)
 
@@ -86,21 +92,25 @@ def test_many_samples_keep_their_peaks_and_are_few_points() -> None:
 def test_no_sample_gives_no_point() -> None:
     points = drawn(rows_of(0), 100)
     assert points.at_s.size == points.time_s.size == 0
-    assert points.theta.shape == (N, 0)
+    assert points.values.shape == (SERVO + N, 0)
 
 
 def test_an_axis_does_not_follow_a_vague_start() -> None:
-    theta, deviation = np.full(100, 2.0), np.full(100, 0.1)
-    theta[:5], deviation[:20] = 500.0, 1e6
-    low, high = span(theta, theta - deviation, theta + deviation)
+    theta = np.full(100, 2.0)
+    theta[:5], theta[60:70] = 500.0, np.nan
+    low, high = span(theta)
     assert 1.5 < low < 1.9
     assert 2.1 < high < 2.5
 
 
 def test_an_axis_of_a_constant_has_a_width() -> None:
-    still = np.full(10, 3.0)
-    low, high = span(still, still, still)
-    assert low < 3.0 < high
+    low, high = span(np.zeros(10))
+    assert low < 0.0 < high
+
+
+def test_an_axis_of_what_is_not_known_yet_has_a_width() -> None:
+    low, high = span(np.full(10, np.nan))
+    assert low < high
 
 
 def test_the_rate_is_that_of_the_clock() -> None:
