@@ -96,81 +96,33 @@ struct TraceSample {
   float innovation;
 };
 
-inline constexpr ehsid::Array<TraceSample, 64> kTrace = {{
-    {-0x1.a27d68p-1F, 0x1.cc72c4p+0F, 0x0p+0F},
-    {-0x1.e0fd7ep-1F, 0x1.1a8cf2p+1F, 0x0p+0F},
-    {-0x1.0c9eecp+0F, 0x1.2d7688p+1F, 0x0p+0F},
-    {-0x1.245eb4p+0F, 0x1.372c68p+1F, -0x1.19e19ap-3F},
-    {-0x1.321ea4p+0F, 0x1.3932aep+1F, -0x1.2f3548p-4F},
-    {-0x1.3c1e7ap+0F, 0x1.2cd974p+1F, -0x1.1398bap-3F},
-    {-0x1.411e64p+0F, 0x1.147c46p+1F, -0x1.ae36c4p-4F},
-    {-0x1.475ec8p+0F, 0x1.ed5158p+0F, -0x1.0429fcp-4F},
-    {-0x1.4a7efap+0F, 0x1.aac9d6p+0F, -0x1.a7cf76p-5F},
-    {-0x1.4b1ee2p+0F, 0x1.5e4276p+0F, -0x1.403b58p-4F},
-    {-0x1.4b1ee2p+0F, 0x1.3ebb08p+0F, 0x1.e6d33cp-4F},
-    {-0x1.4b1ee2p+0F, 0x1.01d402p+0F, -0x1.f16f3cp-4F},
-    {-0x1.4a7efap+0F, 0x1.844a8p-1F, -0x1.9c2e4p-4F},
-    {-0x1.4a7efap+0F, 0x1.1015eep-1F, -0x1.c9168cp-5F},
-    {-0x1.439eaep+0F, 0x1.7893b2p-2F, -0x1.f54f8ap-7F},
-    {-0x1.38fefp+0F, 0x1.06c95ap-2F, -0x1.3f0fa4p-6F},
-    {-0x1.2efe72p+0F, 0x1.a9646ep-3F, -0x1.e6696cp-11F},
-    {-0x1.1f5ec8p+0F, 0x1.8dcc78p-3F, -0x1.0987d2p-6F},
-    {-0x1.05beap+0F, 0x1.e29d2p-3F, 0x1.a1803cp-8F},
-    {-0x1.c7fd6p-1F, 0x1.4c6c2ep-2F, 0x1.91afd6p-6F},
-    {-0x1.7bbd7cp-1F, 0x1.d0d458p-2F, 0x1.52ba78p-5F},
-    {-0x1.2f7d74p-1F, 0x1.2d1f32p-1F, 0x1.e92ad4p-6F},
-    {-0x1.c3faf4p-2F, 0x1.80390ap-1F, 0x1.194e06p-4F},
-    {-0x1.32fad6p-2F, 0x1.dd5418p-1F, 0x1.3d094cp-4F},
-    {-0x1.52f5dcp-3F, 0x1.291172p+0F, 0x1.dfdf3ap-4F},
-    {-0x1.63d70ap-5F, 0x1.0c9e34p+0F, -0x1.0373p-2F},
-    {0x1.4c1476p-4F, 0x1.c9f9f6p-1F, -0x1.1d2b28p-5F},
-    {0x1.910a14p-3F, 0x1.f1c8c8p-2F, -0x1.71b6e2p-3F},
-    {0x1.39053ap-2F, -0x1.6a0228p-7F, -0x1.37a6a2p-4F},
-    {0x1.9d052ap-2F, -0x1.37840cp-3F, 0x1.8a83b8p-2F},
-    {0x1.f98528p-2F, -0x1.b9baf2p-2F, -0x1.ac10aap-6F},
-    {0x1.24c294p-1F, -0x1.ae1ab8p-1F, -0x1.23ffa4p-3F},
-    {0x1.468294p-1F, -0x1.357d72p+0F, 0x1.7b39eep-8F},
-    {0x1.65c29p-1F, -0x1.bf34bap+0F, -0x1.7a7becp-3F},
-    {0x1.7b0292p-1F, -0x1.2180ep+1F, -0x1.2b555cp-4F},
-    {0x1.8c829cp-1F, -0x1.451c16p+1F, 0x1.5358fep-3F},
-    {0x1.9a428ep-1F, -0x1.95a2e2p+1F, -0x1.92747ap-2F},
-    {0x1.a30292p-1F, -0x1.b2618cp+1F, 0x1.5fa4dep-3F},
-    {0x1.abc298p-1F, -0x1.ca4b4ep+1F, 0x1.44effp-5F},
-    {0x1.b5c29p-1F, -0x1.e74358p+1F, -0x1.671caap-3F},
-    {0x1.c3828p-1F, -0x1.f41346p+1F, -0x1.1d872p-5F},
-    {0x1.d14292p-1F, -0x1.fb700ap+1F, -0x1.bf67c6p-5F},
-    {0x1.e04296p-1F, -0x1.f978f4p+1F, -0x1.628a1cp-5F},
-    {0x1.ef429ap-1F, -0x1.e7ff6cp+1F, 0x1.d8797p-6F},
-    {0x1.ff829p-1F, -0x1.e0af2ep+1F, -0x1.1b409ap-3F},
-    {0x1.08811cp+0F, -0x1.cc0acp+1F, -0x1.86d74p-8F},
-    {0x1.11e108p+0F, -0x1.b38b4cp+1F, 0x1.f7d568p-11F},
-    {0x1.1dc14p+0F, -0x1.8fb27ap+1F, 0x1.bbe2acp-5F},
-    {0x1.27212ep+0F, -0x1.7e266p+1F, -0x1.0e01d2p-3F},
-    {0x1.312104p+0F, -0x1.627f62p+1F, 0x1.446bf4p-6F},
-    {0x1.3c6152p+0F, -0x1.53312p+1F, -0x1.da0684p-5F},
-    {0x1.42a10ep+0F, -0x1.425202p+1F, 0x1.50fccp-9F},
-    {0x1.47a0fap+0F, -0x1.37f9c6p+1F, -0x1.c71814p-6F},
-    {0x1.48e172p+0F, -0x1.2713a2p+1F, 0x1.f2e7a4p-5F},
-    {0x1.48e172p+0F, -0x1.216002p+1F, -0x1.4f9aeap-5F},
-    {0x1.48e172p+0F, -0x1.22fa5cp+1F, -0x1.e0c358p-5F},
-    {0x1.48418ap+0F, -0x1.29252cp+1F, -0x1.de3fc2p-6F},
-    {0x1.466128p+0F, -0x1.32c0e4p+1F, -0x1.40460ep-6F},
-    {0x1.44817p+0F, -0x1.3de15ap+1F, -0x1.57a8e6p-7F},
-    {0x1.4340f6p+0F, -0x1.4876d6p+1F, 0x1.6157acp-8F},
-    {0x1.40c154p+0F, -0x1.56628ep+1F, -0x1.8514b4p-6F},
-    {0x1.3e410cp+0F, -0x1.6381f6p+1F, -0x1.bf9c1cp-7F},
-    {0x1.3bc16ap+0F, -0x1.7293b4p+1F, -0x1.da9a0cp-6F},
-    {0x1.3a8198p+0F, -0x1.7fc576p+1F, -0x1.d18908p-7F},
+inline constexpr ehsid::Array<TraceSample, 16> kTrace = {{
+    {0x1.ae429ep-1F, -0x1.8e9332p+1F, 0x0p+0F},
+    {0x1.77429ap-1F, -0x1.8f540ap+1F, 0x0p+0F},
+    {0x1.37829p-1F, -0x1.926558p+1F, 0x0p+0F},
+    {0x1.f20536p-2F, -0x1.9500a6p+1F, -0x1.48447cp-3F},
+    {0x1.7c853cp-2F, -0x1.971f36p+1F, -0x1.5abebp-3F},
+    {0x1.13854p-2F, -0x1.8dd0bap+1F, -0x1.20e64cp-4F},
+    {0x1.5f0a1cp-3F, -0x1.0d773cp+1F, 0x1.995414p-1F},
+    {0x1.921484p-4F, -0x1.98ed52p-1F, 0x1.b45fcep-2F},
+    {0x1.9428e2p-5F, 0x1.7cd926p-3F, -0x1.624c66p-2F},
+    {0x1.a0a37ap-7F, 0x1.52d2bcp+0F, 0x1.ec236ap-3F},
+    {-0x1.cf5bf4p-7F, 0x1.13b7f6p+1F, -0x1.e44a88p-4F},
+    {-0x1.b3d6fcp-5F, 0x1.6231dp+1F, -0x1.7750b6p-6F},
+    {-0x1.51eb86p-4F, 0x1.b5eacap+1F, 0x1.3b9f36p-2F},
+    {-0x1.79eb7ep-4F, 0x1.c239cp+1F, -0x1.41c83ap-2F},
+    {-0x1.79eb7ep-4F, 0x1.bc0ddap+1F, 0x1.bdbcbcp-8F},
+    {-0x1.79eb7ep-4F, 0x1.b30f34p+1F, 0x1.85dc3p-3F},
 }};
 
 /// theta_hat after the trace.
 inline constexpr ehsid::Array<float, Estimator::kN> kTraceTheta = {{
-    -0x1.85f616p+0F,  // -1.52329
-    0x1.07c52p-2F,  // 0.257588
-    0x1.4dad5cp-2F,  // 0.325857
-    -0x1.89edfap-1F,  // -0.769394
-    0x1.10a5f2p+0F,  // 1.06503
-    -0x1.a4e0fap-2F,  // -0.411014
+    -0x1.afa756p+0F,  // -1.68615
+    0x1.41cec2p-1F,  // 0.628531
+    0x1.f0adb4p-4F,  // 0.121259
+    0x1.37f90ap+0F,  // 1.21864
+    -0x1.bd1f78p+1F,  // -3.47752
+    0x1.143578p+1F,  // 2.15788
 }};
 
 inline bool same_bits(float left, float right) {

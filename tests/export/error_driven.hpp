@@ -103,81 +103,33 @@ struct TraceSample {
   float innovation;
 };
 
-inline constexpr ehsid::Array<TraceSample, 64> kTrace = {{
-    {-0x1.a27d68p-1F, 0x1.cc72c4p+0F, 0x0p+0F},
-    {-0x1.e0fd7ep-1F, 0x1.1a8cf2p+1F, 0x0p+0F},
-    {-0x1.0c9eecp+0F, 0x1.2d7688p+1F, 0x0p+0F},
-    {-0x1.245eb4p+0F, 0x1.372c68p+1F, 0x0p+0F},
-    {-0x1.321ea4p+0F, 0x1.3932aep+1F, -0x1.7aa024p-4F},
-    {-0x1.3c1e7ap+0F, 0x1.2cd974p+1F, -0x1.afc926p-4F},
-    {-0x1.411e64p+0F, 0x1.147c46p+1F, -0x1.bfbf92p-4F},
-    {-0x1.475ec8p+0F, 0x1.ed5158p+0F, -0x1.1ad78cp-4F},
-    {-0x1.4a7efap+0F, 0x1.aac9d6p+0F, -0x1.e73638p-5F},
-    {-0x1.4b1ee2p+0F, 0x1.5e4276p+0F, -0x1.3fed2p-4F},
-    {-0x1.4b1ee2p+0F, 0x1.3ebb08p+0F, 0x1.e33d74p-4F},
-    {-0x1.4b1ee2p+0F, 0x1.01d402p+0F, -0x1.e16d1p-4F},
-    {-0x1.4a7efap+0F, 0x1.844a8p-1F, -0x1.7cc594p-4F},
-    {-0x1.4a7efap+0F, 0x1.1015eep-1F, -0x1.1b0b38p-4F},
-    {-0x1.439eaep+0F, 0x1.7893b2p-2F, -0x1.5241c6p-6F},
-    {-0x1.38fefp+0F, 0x1.06c95ap-2F, -0x1.89cab8p-7F},
-    {-0x1.2efe72p+0F, 0x1.a9646ep-3F, 0x1.0ba534p-8F},
-    {-0x1.1f5ec8p+0F, 0x1.8dcc78p-3F, -0x1.16303ap-6F},
-    {-0x1.05beap+0F, 0x1.e29d2p-3F, 0x1.80f2f8p-7F},
-    {-0x1.c7fd6p-1F, 0x1.4c6c2ep-2F, 0x1.1ecdfep-5F},
-    {-0x1.7bbd7cp-1F, 0x1.d0d458p-2F, 0x1.c049b6p-5F},
-    {-0x1.2f7d74p-1F, 0x1.2d1f32p-1F, 0x1.3f409p-5F},
-    {-0x1.c3faf4p-2F, 0x1.80390ap-1F, 0x1.1fcc3p-4F},
-    {-0x1.32fad6p-2F, 0x1.dd5418p-1F, 0x1.55505ap-4F},
-    {-0x1.52f5dcp-3F, 0x1.291172p+0F, 0x1.014e9ap-3F},
-    {-0x1.63d70ap-5F, 0x1.0c9e34p+0F, -0x1.e5452ap-3F},
-    {0x1.4c1476p-4F, 0x1.c9f9f6p-1F, -0x1.2f7b12p-5F},
-    {0x1.910a14p-3F, 0x1.f1c8c8p-2F, -0x1.95ec2ep-3F},
-    {0x1.39053ap-2F, -0x1.6a0228p-7F, -0x1.3f9a62p-4F},
-    {0x1.9d052ap-2F, -0x1.37840cp-3F, 0x1.83f894p-2F},
-    {0x1.f98528p-2F, -0x1.b9baf2p-2F, -0x1.805596p-8F},
-    {0x1.24c294p-1F, -0x1.ae1ab8p-1F, -0x1.9d498cp-4F},
-    {0x1.468294p-1F, -0x1.357d72p+0F, -0x1.539534p-8F},
-    {0x1.65c29p-1F, -0x1.bf34bap+0F, -0x1.7e8882p-3F},
-    {0x1.7b0292p-1F, -0x1.2180ep+1F, -0x1.e9b664p-5F},
-    {0x1.8c829cp-1F, -0x1.451c16p+1F, 0x1.342b1cp-3F},
-    {0x1.9a428ep-1F, -0x1.95a2e2p+1F, -0x1.7b963ap-2F},
-    {0x1.a30292p-1F, -0x1.b2618cp+1F, 0x1.965758p-3F},
-    {0x1.abc298p-1F, -0x1.ca4b4ep+1F, 0x1.c06a6cp-9F},
-    {0x1.b5c29p-1F, -0x1.e74358p+1F, -0x1.e846e6p-4F},
-    {0x1.c3828p-1F, -0x1.f41346p+1F, -0x1.a679cp-5F},
-    {0x1.d14292p-1F, -0x1.fb700ap+1F, -0x1.2c450ap-4F},
-    {0x1.e04296p-1F, -0x1.f978f4p+1F, -0x1.47c694p-5F},
-    {0x1.ef429ap-1F, -0x1.e7ff6cp+1F, 0x1.1c9a7ap-6F},
-    {0x1.ff829p-1F, -0x1.e0af2ep+1F, -0x1.2173f2p-3F},
-    {0x1.08811cp+0F, -0x1.cc0acp+1F, -0x1.f1ca1p-7F},
-    {0x1.11e108p+0F, -0x1.b38b4cp+1F, -0x1.bbe678p-6F},
-    {0x1.1dc14p+0F, -0x1.8fb27ap+1F, 0x1.c1af1p-5F},
-    {0x1.27212ep+0F, -0x1.7e266p+1F, -0x1.19bf3p-3F},
-    {0x1.312104p+0F, -0x1.627f62p+1F, 0x1.9c2aeep-7F},
-    {0x1.3c6152p+0F, -0x1.53312p+1F, -0x1.653c28p-4F},
-    {0x1.42a10ep+0F, -0x1.425202p+1F, -0x1.9bdd9p-13F},
-    {0x1.47a0fap+0F, -0x1.37f9c6p+1F, -0x1.47fb4cp-5F},
-    {0x1.48e172p+0F, -0x1.2713a2p+1F, 0x1.d61aa4p-5F},
-    {0x1.48e172p+0F, -0x1.216002p+1F, -0x1.690b04p-5F},
-    {0x1.48e172p+0F, -0x1.22fa5cp+1F, -0x1.d6aeeep-5F},
-    {0x1.48418ap+0F, -0x1.29252cp+1F, -0x1.7b2ap-5F},
-    {0x1.466128p+0F, -0x1.32c0e4p+1F, -0x1.e0c9cap-6F},
-    {0x1.44817p+0F, -0x1.3de15ap+1F, -0x1.06f29ap-6F},
-    {0x1.4340f6p+0F, -0x1.4876d6p+1F, 0x1.06405ap-12F},
-    {0x1.40c154p+0F, -0x1.56628ep+1F, -0x1.b5da5ep-6F},
-    {0x1.3e410cp+0F, -0x1.6381f6p+1F, -0x1.ee3ee6p-7F},
-    {0x1.3bc16ap+0F, -0x1.7293b4p+1F, -0x1.20235ep-5F},
-    {0x1.3a8198p+0F, -0x1.7fc576p+1F, -0x1.2c0e0ep-6F},
+inline constexpr ehsid::Array<TraceSample, 16> kTrace = {{
+    {0x1.ae429ep-1F, -0x1.8e9332p+1F, 0x0p+0F},
+    {0x1.77429ap-1F, -0x1.8f540ap+1F, 0x0p+0F},
+    {0x1.37829p-1F, -0x1.926558p+1F, 0x0p+0F},
+    {0x1.f20536p-2F, -0x1.9500a6p+1F, 0x0p+0F},
+    {0x1.7c853cp-2F, -0x1.971f36p+1F, -0x1.8b85aep-3F},
+    {0x1.13854p-2F, -0x1.8dd0bap+1F, -0x1.46e51cp-4F},
+    {0x1.5f0a1cp-3F, -0x1.0d773cp+1F, 0x1.98de4p-1F},
+    {0x1.921484p-4F, -0x1.98ed52p-1F, 0x0p+0F},
+    {0x1.9428e2p-5F, 0x1.7cd926p-3F, -0x1.c115ccp-3F},
+    {0x1.a0a37ap-7F, 0x1.52d2bcp+0F, 0x1.770056p-2F},
+    {-0x1.cf5bf4p-7F, 0x1.13b7f6p+1F, -0x1.547p-1F},
+    {-0x1.b3d6fcp-5F, 0x1.6231dp+1F, 0x1.8bfa58p-2F},
+    {-0x1.51eb86p-4F, 0x1.b5eacap+1F, 0x1.69a11ap-2F},
+    {-0x1.79eb7ep-4F, 0x1.c239cp+1F, -0x1.1ced88p-3F},
+    {-0x1.79eb7ep-4F, 0x1.bc0ddap+1F, -0x1.8f42fap+0F},
+    {-0x1.79eb7ep-4F, 0x1.b30f34p+1F, 0x1.22096p-2F},
 }};
 
 /// theta_hat after the trace.
 inline constexpr ehsid::Array<float, Estimator::kN> kTraceTheta = {{
-    -0x1.77b652p+0F,  // -1.46763
-    0x1.1e7daep-2F,  // 0.279776
-    0x1.d839eep-4F,  // 0.11529
-    0x1.1ea3a6p-3F,  // 0.139961
-    -0x1.af85e2p-2F,  // -0.421409
-    0x1.2e903cp-2F,  // 0.295472
+    -0x1.d37098p-2F,  // -0.456484
+    -0x1.06edbp-1F,  // -0.513532
+    -0x1.9f0f4ap-2F,  // -0.405332
+    0x1.1ce5cp-1F,  // 0.55644
+    -0x1.04015cp+3F,  // -8.12517
+    0x1.3187b6p+3F,  // 9.54782
 }};
 
 inline bool same_bits(float left, float right) {

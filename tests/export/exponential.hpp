@@ -102,81 +102,33 @@ struct TraceSample {
   float innovation;
 };
 
-inline constexpr ehsid::Array<TraceSample, 64> kTrace = {{
-    {-0x1.a27d68p-1F, 0x1.cc72c4p+0F, 0x0p+0F},
-    {-0x1.e0fd7ep-1F, 0x1.1a8cf2p+1F, 0x0p+0F},
-    {-0x1.0c9eecp+0F, 0x1.2d7688p+1F, 0x0p+0F},
-    {-0x1.245eb4p+0F, 0x1.372c68p+1F, -0x1.19e19ap-3F},
-    {-0x1.321ea4p+0F, 0x1.3932aep+1F, -0x1.2e8aap-4F},
-    {-0x1.3c1e7ap+0F, 0x1.2cd974p+1F, -0x1.12edep-3F},
-    {-0x1.411e64p+0F, 0x1.147c46p+1F, -0x1.ac764ep-4F},
-    {-0x1.475ec8p+0F, 0x1.ed5158p+0F, -0x1.018a86p-4F},
-    {-0x1.4a7efap+0F, 0x1.aac9d6p+0F, -0x1.a658c2p-5F},
-    {-0x1.4b1ee2p+0F, 0x1.5e4276p+0F, -0x1.3d9f7cp-4F},
-    {-0x1.4b1ee2p+0F, 0x1.3ebb08p+0F, 0x1.e9f1a6p-4F},
-    {-0x1.4b1ee2p+0F, 0x1.01d402p+0F, -0x1.f125a8p-4F},
-    {-0x1.4a7efap+0F, 0x1.844a8p-1F, -0x1.9b4792p-4F},
-    {-0x1.4a7efap+0F, 0x1.1015eep-1F, -0x1.c26ab2p-5F},
-    {-0x1.439eaep+0F, 0x1.7893b2p-2F, -0x1.d4a8ep-7F},
-    {-0x1.38fefp+0F, 0x1.06c95ap-2F, -0x1.2bbc22p-6F},
-    {-0x1.2efe72p+0F, 0x1.a9646ep-3F, 0x1.7b0f74p-15F},
-    {-0x1.1f5ec8p+0F, 0x1.8dcc78p-3F, -0x1.fe9e2ep-7F},
-    {-0x1.05beap+0F, 0x1.e29d2p-3F, 0x1.d46a4cp-8F},
-    {-0x1.c7fd6p-1F, 0x1.4c6c2ep-2F, 0x1.984002p-6F},
-    {-0x1.7bbd7cp-1F, 0x1.d0d458p-2F, 0x1.4df02ap-5F},
-    {-0x1.2f7d74p-1F, 0x1.2d1f32p-1F, 0x1.d18662p-6F},
-    {-0x1.c3faf4p-2F, 0x1.80390ap-1F, 0x1.12097ap-4F},
-    {-0x1.32fad6p-2F, 0x1.dd5418p-1F, 0x1.310e36p-4F},
-    {-0x1.52f5dcp-3F, 0x1.291172p+0F, 0x1.cfdb7p-4F},
-    {-0x1.63d70ap-5F, 0x1.0c9e34p+0F, -0x1.08bb9ep-2F},
-    {0x1.4c1476p-4F, 0x1.c9f9f6p-1F, -0x1.2be518p-5F},
-    {0x1.910a14p-3F, 0x1.f1c8c8p-2F, -0x1.7242cep-3F},
-    {0x1.39053ap-2F, -0x1.6a0228p-7F, -0x1.2deadcp-4F},
-    {0x1.9d052ap-2F, -0x1.37840cp-3F, 0x1.8ede5p-2F},
-    {0x1.f98528p-2F, -0x1.b9baf2p-2F, -0x1.e7267cp-6F},
-    {0x1.24c294p-1F, -0x1.ae1ab8p-1F, -0x1.28a048p-3F},
-    {0x1.468294p-1F, -0x1.357d72p+0F, 0x1.2837ccp-8F},
-    {0x1.65c29p-1F, -0x1.bf34bap+0F, -0x1.7df03ep-3F},
-    {0x1.7b0292p-1F, -0x1.2180ep+1F, -0x1.2b14b2p-4F},
-    {0x1.8c829cp-1F, -0x1.451c16p+1F, 0x1.566368p-3F},
-    {0x1.9a428ep-1F, -0x1.95a2e2p+1F, -0x1.946626p-2F},
-    {0x1.a30292p-1F, -0x1.b2618cp+1F, 0x1.5d3cc6p-3F},
-    {0x1.abc298p-1F, -0x1.ca4b4ep+1F, 0x1.87515ep-5F},
-    {0x1.b5c29p-1F, -0x1.e74358p+1F, -0x1.69148p-3F},
-    {0x1.c3828p-1F, -0x1.f41346p+1F, -0x1.144716p-5F},
-    {0x1.d14292p-1F, -0x1.fb700ap+1F, -0x1.9a723ep-5F},
-    {0x1.e04296p-1F, -0x1.f978f4p+1F, -0x1.49b8eap-5F},
-    {0x1.ef429ap-1F, -0x1.e7ff6cp+1F, 0x1.0e298cp-5F},
-    {0x1.ff829p-1F, -0x1.e0af2ep+1F, -0x1.137bdp-3F},
-    {0x1.08811cp+0F, -0x1.cc0acp+1F, -0x1.a5345cp-9F},
-    {0x1.11e108p+0F, -0x1.b38b4cp+1F, 0x1.aaa1eep-8F},
-    {0x1.1dc14p+0F, -0x1.8fb27ap+1F, 0x1.dd27dep-5F},
-    {0x1.27212ep+0F, -0x1.7e266p+1F, -0x1.04a6f4p-3F},
-    {0x1.312104p+0F, -0x1.627f62p+1F, 0x1.4b082cp-6F},
-    {0x1.3c6152p+0F, -0x1.53312p+1F, -0x1.ac2f62p-5F},
-    {0x1.42a10ep+0F, -0x1.425202p+1F, 0x1.8178d8p-8F},
-    {0x1.47a0fap+0F, -0x1.37f9c6p+1F, -0x1.a41dfcp-6F},
-    {0x1.48e172p+0F, -0x1.2713a2p+1F, 0x1.058808p-4F},
-    {0x1.48e172p+0F, -0x1.216002p+1F, -0x1.364b0cp-5F},
-    {0x1.48e172p+0F, -0x1.22fa5cp+1F, -0x1.d37794p-5F},
-    {0x1.48418ap+0F, -0x1.29252cp+1F, -0x1.a8c4d6p-6F},
-    {0x1.466128p+0F, -0x1.32c0e4p+1F, -0x1.06c14cp-6F},
-    {0x1.44817p+0F, -0x1.3de15ap+1F, -0x1.d6e5ecp-8F},
-    {0x1.4340f6p+0F, -0x1.4876d6p+1F, 0x1.31e082p-7F},
-    {0x1.40c154p+0F, -0x1.56628ep+1F, -0x1.42460ap-6F},
-    {0x1.3e410cp+0F, -0x1.6381f6p+1F, -0x1.6a3824p-7F},
-    {0x1.3bc16ap+0F, -0x1.7293b4p+1F, -0x1.a024d6p-6F},
-    {0x1.3a8198p+0F, -0x1.7fc576p+1F, -0x1.6d0732p-7F},
+inline constexpr ehsid::Array<TraceSample, 16> kTrace = {{
+    {0x1.ae429ep-1F, -0x1.8e9332p+1F, 0x0p+0F},
+    {0x1.77429ap-1F, -0x1.8f540ap+1F, 0x0p+0F},
+    {0x1.37829p-1F, -0x1.926558p+1F, 0x0p+0F},
+    {0x1.f20536p-2F, -0x1.9500a6p+1F, -0x1.48447cp-3F},
+    {0x1.7c853cp-2F, -0x1.971f36p+1F, -0x1.5a4c58p-3F},
+    {0x1.13854p-2F, -0x1.8dd0bap+1F, -0x1.1e4efep-4F},
+    {0x1.5f0a1cp-3F, -0x1.0d773cp+1F, 0x1.99b1c6p-1F},
+    {0x1.921484p-4F, -0x1.98ed52p-1F, 0x1.b2137ep-2F},
+    {0x1.9428e2p-5F, 0x1.7cd926p-3F, 0x0p+0F},
+    {0x1.a0a37ap-7F, 0x1.52d2bcp+0F, 0x1.f4c22ep-3F},
+    {-0x1.cf5bf4p-7F, 0x1.13b7f6p+1F, -0x1.80a1ap-3F},
+    {-0x1.b3d6fcp-5F, 0x1.6231dp+1F, 0x1.7b1b66p-2F},
+    {-0x1.51eb86p-4F, 0x1.b5eacap+1F, 0x1.aa714ap-2F},
+    {-0x1.79eb7ep-4F, 0x1.c239cp+1F, -0x1.093edcp-1F},
+    {-0x1.79eb7ep-4F, 0x1.bc0ddap+1F, -0x1.16adc2p-1F},
+    {-0x1.79eb7ep-4F, 0x1.b30f34p+1F, -0x1.1c9956p-3F},
 }};
 
 /// theta_hat after the trace.
 inline constexpr ehsid::Array<float, Estimator::kN> kTraceTheta = {{
-    -0x1.80ddfep+0F,  // -1.50339
-    0x1.c191dp-3F,  // 0.219516
-    0x1.61129ep-2F,  // 0.344798
-    -0x1.c35b68p-1F,  // -0.881557
-    0x1.478104p+0F,  // 1.27931
-    -0x1.08b8d6p-1F,  // -0.517035
+    -0x1.6a2ca4p-1F,  // -0.707372
+    -0x1.41065cp-2F,  // -0.313501
+    0x1.33e09p-3F,  // 0.150331
+    -0x1.61fbacp+3F,  // -11.062
+    0x1.a2cb28p+4F,  // 26.1746
+    -0x1.4dbb0ap+3F,  // -10.4291
 }};
 
 inline bool same_bits(float left, float right) {

@@ -102,81 +102,33 @@ struct TraceSample {
   float innovation;
 };
 
-inline constexpr ehsid::Array<TraceSample, 64> kTrace = {{
-    {-0x1.a27d68p-1F, 0x1.cc72c4p+0F, 0x0p+0F},
-    {-0x1.e0fd7ep-1F, 0x1.1a8cf2p+1F, 0x0p+0F},
-    {-0x1.0c9eecp+0F, 0x1.2d7688p+1F, 0x0p+0F},
-    {-0x1.245eb4p+0F, 0x1.372c68p+1F, 0x0p+0F},
-    {-0x1.321ea4p+0F, 0x1.3932aep+1F, -0x1.7583bcp-4F},
-    {-0x1.3c1e7ap+0F, 0x1.2cd974p+1F, -0x1.1be6e6p-3F},
-    {-0x1.411e64p+0F, 0x1.147c46p+1F, -0x1.ec4222p-4F},
-    {-0x1.475ec8p+0F, 0x1.ed5158p+0F, -0x1.f2128p-5F},
-    {-0x1.4a7efap+0F, 0x1.aac9d6p+0F, -0x1.a34dc8p-5F},
-    {-0x1.4b1ee2p+0F, 0x1.5e4276p+0F, -0x1.584d1cp-4F},
-    {-0x1.4b1ee2p+0F, 0x1.3ebb08p+0F, 0x1.ece8dp-4F},
-    {-0x1.4b1ee2p+0F, 0x1.01d402p+0F, -0x1.3ad39ap-3F},
-    {-0x1.4a7efap+0F, 0x1.844a8p-1F, -0x1.22dfd6p-4F},
-    {-0x1.4a7efap+0F, 0x1.1015eep-1F, -0x1.9248f4p-5F},
-    {-0x1.439eaep+0F, 0x1.7893b2p-2F, -0x1.89f592p-7F},
-    {-0x1.38fefp+0F, 0x1.06c95ap-2F, -0x1.724bdp-6F},
-    {-0x1.2efe72p+0F, 0x1.a9646ep-3F, 0x1.fb645cp-9F},
-    {-0x1.1f5ec8p+0F, 0x1.8dcc78p-3F, -0x1.e5d158p-8F},
-    {-0x1.05beap+0F, 0x1.e29d2p-3F, 0x1.2f09acp-6F},
-    {-0x1.c7fd6p-1F, 0x1.4c6c2ep-2F, 0x1.14775ap-5F},
-    {-0x1.7bbd7cp-1F, 0x1.d0d458p-2F, 0x1.d45d36p-5F},
-    {-0x1.2f7d74p-1F, 0x1.2d1f32p-1F, 0x1.7c121ap-5F},
-    {-0x1.c3faf4p-2F, 0x1.80390ap-1F, 0x1.719c08p-4F},
-    {-0x1.32fad6p-2F, 0x1.dd5418p-1F, 0x1.89dd64p-4F},
-    {-0x1.52f5dcp-3F, 0x1.291172p+0F, 0x1.0c19eap-3F},
-    {-0x1.63d70ap-5F, 0x1.0c9e34p+0F, -0x1.f7348ep-3F},
-    {0x1.4c1476p-4F, 0x1.c9f9f6p-1F, 0x1.5361ap-5F},
-    {0x1.910a14p-3F, 0x1.f1c8c8p-2F, -0x1.6ce94ep-3F},
-    {0x1.39053ap-2F, -0x1.6a0228p-7F, -0x1.92d1dap-5F},
-    {0x1.9d052ap-2F, -0x1.37840cp-3F, 0x1.81dd7cp-2F},
-    {0x1.f98528p-2F, -0x1.b9baf2p-2F, -0x1.a017f2p-4F},
-    {0x1.24c294p-1F, -0x1.ae1ab8p-1F, -0x1.d6dd6ep-4F},
-    {0x1.468294p-1F, -0x1.357d72p+0F, 0x1.7a176cp-6F},
-    {0x1.65c29p-1F, -0x1.bf34bap+0F, -0x1.8fad92p-3F},
-    {0x1.7b0292p-1F, -0x1.2180ep+1F, -0x1.5d395cp-5F},
-    {0x1.8c829cp-1F, -0x1.451c16p+1F, 0x1.30c856p-3F},
-    {0x1.9a428ep-1F, -0x1.95a2e2p+1F, -0x1.af08d2p-2F},
-    {0x1.a30292p-1F, -0x1.b2618cp+1F, 0x1.0f92c8p-2F},
-    {0x1.abc298p-1F, -0x1.ca4b4ep+1F, -0x1.281914p-4F},
-    {0x1.b5c29p-1F, -0x1.e74358p+1F, -0x1.2ff5f2p-3F},
-    {0x1.c3828p-1F, -0x1.f41346p+1F, -0x1.78801cp-9F},
-    {0x1.d14292p-1F, -0x1.fb700ap+1F, -0x1.289b8ap-4F},
-    {0x1.e04296p-1F, -0x1.f978f4p+1F, -0x1.237dfcp-5F},
-    {0x1.ef429ap-1F, -0x1.e7ff6cp+1F, 0x1.34c102p-5F},
-    {0x1.ff829p-1F, -0x1.e0af2ep+1F, -0x1.1eb532p-3F},
-    {0x1.08811cp+0F, -0x1.cc0acp+1F, 0x1.7873fap-5F},
-    {0x1.11e108p+0F, -0x1.b38b4cp+1F, -0x1.9ac05ep-8F},
-    {0x1.1dc14p+0F, -0x1.8fb27ap+1F, 0x1.1ae718p-4F},
-    {0x1.27212ep+0F, -0x1.7e266p+1F, -0x1.16351p-3F},
-    {0x1.312104p+0F, -0x1.627f62p+1F, 0x1.2cb306p-4F},
-    {0x1.3c6152p+0F, -0x1.53312p+1F, -0x1.ea26a6p-5F},
-    {0x1.42a10ep+0F, -0x1.425202p+1F, 0x1.d89706p-6F},
-    {0x1.47a0fap+0F, -0x1.37f9c6p+1F, -0x1.a9a25p-6F},
-    {0x1.48e172p+0F, -0x1.2713a2p+1F, 0x1.91ffc2p-4F},
-    {0x1.48e172p+0F, -0x1.216002p+1F, -0x1.8bb75cp-5F},
-    {0x1.48e172p+0F, -0x1.22fa5cp+1F, -0x1.6992cap-6F},
-    {0x1.48418ap+0F, -0x1.29252cp+1F, -0x1.754558p-6F},
-    {0x1.466128p+0F, -0x1.32c0e4p+1F, -0x1.b977bep-6F},
-    {0x1.44817p+0F, -0x1.3de15ap+1F, -0x1.15ac58p-6F},
-    {0x1.4340f6p+0F, -0x1.4876d6p+1F, -0x1.69c7e2p-8F},
-    {0x1.40c154p+0F, -0x1.56628ep+1F, -0x1.6f011ep-5F},
-    {0x1.3e410cp+0F, -0x1.6381f6p+1F, -0x1.6fb8acp-6F},
-    {0x1.3bc16ap+0F, -0x1.7293b4p+1F, -0x1.50218cp-5F},
-    {0x1.3a8198p+0F, -0x1.7fc576p+1F, -0x1.872f3cp-6F},
+inline constexpr ehsid::Array<TraceSample, 16> kTrace = {{
+    {0x1.ae429ep-1F, -0x1.8e9332p+1F, 0x0p+0F},
+    {0x1.77429ap-1F, -0x1.8f540ap+1F, 0x0p+0F},
+    {0x1.37829p-1F, -0x1.926558p+1F, 0x0p+0F},
+    {0x1.f20536p-2F, -0x1.9500a6p+1F, 0x0p+0F},
+    {0x1.7c853cp-2F, -0x1.971f36p+1F, -0x1.561194p-3F},
+    {0x1.13854p-2F, -0x1.8dd0bap+1F, -0x1.504686p-4F},
+    {0x1.5f0a1cp-3F, -0x1.0d773cp+1F, 0x1.8f877ap-1F},
+    {0x1.921484p-4F, -0x1.98ed52p-1F, 0x1.fb141ap-3F},
+    {0x1.9428e2p-5F, 0x1.7cd926p-3F, -0x1.2acadp-2F},
+    {0x1.a0a37ap-7F, 0x1.52d2bcp+0F, 0x1.b2cd04p-3F},
+    {-0x1.cf5bf4p-7F, 0x1.13b7f6p+1F, -0x1.4eb40cp-3F},
+    {-0x1.b3d6fcp-5F, 0x1.6231dp+1F, 0x1.db1afep-10F},
+    {-0x1.51eb86p-4F, 0x1.b5eacap+1F, 0x1.19988p-2F},
+    {-0x1.79eb7ep-4F, 0x1.c239cp+1F, -0x1.01010cp-2F},
+    {-0x1.79eb7ep-4F, 0x1.bc0ddap+1F, 0x1.79adfep-6F},
+    {-0x1.79eb7ep-4F, 0x1.b30f34p+1F, 0x1.800a7ep-4F},
 }};
 
 /// theta_hat after the trace.
 inline constexpr ehsid::Array<float, Estimator::kN> kTraceTheta = {{
-    -0x1.cb93aep+0F,  // -1.79522
-    0x1.ae3dap-1F,  // 0.840314
-    0x1.613c2ap-1F,  // 0.689912
-    -0x1.d97c0ep+0F,  // -1.84955
-    0x1.167278p+0F,  // 1.08768
-    -0x1.80cb64p-7F,  // -0.011743
+    -0x1.bdb54p+0F,  // -1.74105
+    0x1.99b006p-1F,  // 0.800171
+    0x1.854f14p+1F,  // 3.04148
+    -0x1.dece5p+2F,  // -7.48134
+    0x1.16b5fap+2F,  // 4.35486
+    0x1.1975cp-8F,  // 0.00429474
 }};
 
 inline bool same_bits(float left, float right) {

@@ -40,6 +40,8 @@ RECORD = HERE.parents[1] / "examples" / "data" / "hydraulic_crane.csv"
 TRAJECTORIES = "trajectories.csv"
 CASE_LIST = "cases.h"
 EVERY = 16
+# Samples of a self-test; the trajectories tell of the rest of the record.
+TRACE_SAMPLES = 16
 
 Case = tuple[ArxOrders, ehsid.Forgetting]
 # Every policy with its defaults, unless another case of that name follows.
@@ -102,7 +104,7 @@ def provenance() -> list[str]:
 def header(name: str) -> str:
     """The text of NAME.hpp."""
     made = configuration(name)
-    trace = GoldenTrace.of(made, *liveliest(data()))
+    trace = GoldenTrace.of(made, *liveliest(data(), TRACE_SAMPLES))
     return render_header(made, trace, name=name, dt_s=0.05, provenance=provenance())
 
 

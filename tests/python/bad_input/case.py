@@ -38,7 +38,8 @@ class Case:
     kind: str
     """`Outcome.kind` that is expected."""
     says: tuple[str, ...]
-    """Parts that the message must have: where the error is, what was expected, the remedy."""
+    """Parts that the message must have from every command that the case is given to: where the
+    error is, what was expected, the remedy. README.md has the whole message from one of them."""
     files: Mapping[str, Content]
     """Files that are in the folder before, by name."""
     library: str | None = None

@@ -36,9 +36,7 @@ SERVO_RESULT = struct.pack("<I2f2B", 0, 0.0, 20.0, 0, 0)
 SERVO_RESULT += struct.pack("<2fB", 0.05, 0.01, 0) * 3 + struct.pack("<I3H", 0, 0, 0, 0)
 
 
-def call(
-    wrong: str, shown: str, kind: type[Exception], run: Callable[[], object], *says: str
-) -> Case:
+def call(wrong: str, shown: str, kind: type[Exception], run: Callable[[], object]) -> Case:
     """A call that must raise an exception of this kind."""
 
     def outcome() -> Outcome:
@@ -48,24 +46,24 @@ def call(
             return Outcome(type(error).__name__, str(error))
         return Outcome("nothing", "")
 
-    return Case(wrong, shown, outcome, kind.__name__, says, {})
+    return Case(wrong, shown, outcome, kind.__name__, (), {})
 
 
-def frame(wrong: str, content: bytes, *says: str) -> Case:
+def frame(wrong: str, content: bytes) -> Case:
     """Bytes between two zeros, which the host takes for a frame."""
     shown = (
         content.hex(" ")
         if len(content) < 20
         else f"{content[:4].hex(' ')} ... ({len(content)} bytes)"
     )
-    return call(wrong, shown, BadFrame, lambda: decode(content), *says)
+    return call(wrong, shown, BadFrame, lambda: decode(content))
 
 
 def answer(
-    wrong: str, shown: str, kind: int, body: bytes, *says: str, error: type[Exception] = BadFrame
+    wrong: str, shown: str, kind: int, body: bytes, error: type[Exception] = BadFrame
 ) -> Case:
     """A packet with a right check sum, which the host takes for an answer."""
-    return call(wrong, shown, error, lambda: parse_answer(Packet(kind, 1, body)), *says)
+    return call(wrong, shown, error, lambda: parse_answer(Packet(kind, 1, body)))
 
 
 class Scripted:
@@ -88,19 +86,17 @@ class Scripted:
         return self._waiting.pop(0) if self._waiting else None
 
 
-def target(
-    wrong: str, shown: str, *answers: tuple[int, bytes] | bytes, says: tuple[str, ...]
-) -> Case:
+def target(wrong: str, shown: str, *answers: tuple[int, bytes] | bytes) -> Case:
     """A target that answers `hello` in this way."""
 
     def run() -> None:
         line = Scripted(*answers)
         Session(line, timeout_s=2.5, attempts=2).hello()  # type: ignore[arg-type]
 
-    return call(wrong, shown, HilError, run, *says)
+    return call(wrong, shown, HilError, run)
 
 
-def servo(wrong: str, *answers: tuple[int, bytes] | bytes, says: tuple[str, ...]) -> Case:
+def servo(wrong: str, *answers: tuple[int, bytes] | bytes) -> Case:
     """A target that answers the configuration of a ServoEstimator in this way."""
 
     def run() -> None:
@@ -109,7 +105,7 @@ def servo(wrong: str, *answers: tuple[int, bytes] | bytes, says: tuple[str, ...]
         made = Configuration(estimator, controller, 200, ServoSettings(0.01))
         Session(Scripted(*answers)).configure(made)  # type: ignore[arg-type]
 
-    return call(wrong, "configure(servo)", HilError, run, *says)
+    return call(wrong, "configure(servo)", HilError, run)
 
 
 def refusal(reason: int, state: int = 1, status: int = 0) -> tuple[int, bytes]:
@@ -118,49 +114,31 @@ def refusal(reason: int, state: int = 1, status: int = 0) -> tuple[int, bytes]:
 
 GOOD = encode(0x81, 1, IDENTITY).strip(b"\0")
 CASES = (
-    frame("nothing between two zeros", b"", "0 bytes", "at least 5"),
-    frame("one byte", b"\x01", "at least 5"),
-    frame("a block that ends too early", b"\x05ab", "needs 5 bytes", "has 3 left"),
-    frame("a zero inside", b"\x03a\0", "zero byte inside"),
-    frame("a frame longer than any", b"\x55" * 600, "longer than 515 bytes"),
-    frame("a packet longer than any", frames.cobs_encode(bytes(513)), "at most 512"),
-    frame("a bit flipped on the way", bytes([GOOD[0], GOOD[1] ^ 4]) + GOOD[2:], "check sum"),
-    frame("text of a boot loader", b"U-Boot 2024.01", "not COBS"),
-    answer("an answer of no kind", "kind 0x77", 0x77, b"", "0x77"),
-    answer("a request for an answer", "kind 0x01", 0x01, b"\1\0", "0x01"),
-    answer("an identity cut short", "identity of 10 bytes", 0x81, IDENTITY[:10], "bytes"),
+    frame("nothing between two zeros", b""),
+    frame("one byte", b"\x01"),
+    frame("a block that ends too early", b"\x05ab"),
+    frame("a zero inside", b"\x03a\0"),
+    frame("a frame longer than any", b"\x55" * 600),
+    frame("a packet longer than any", frames.cobs_encode(bytes(513))),
+    frame("a bit flipped on the way", bytes([GOOD[0], GOOD[1] ^ 4]) + GOOD[2:]),
+    frame("text of a boot loader", b"U-Boot 2024.01"),
+    answer("an answer of no kind", "kind 0x77", 0x77, b""),
+    answer("a request for an answer", "kind 0x01", 0x01, b"\1\0"),
+    answer("an identity cut short", "identity of 10 bytes", 0x81, IDENTITY[:10]),
+    answer("an identity that is too long", "identity of 25 bytes", 0x81, IDENTITY + b"12345"),
     answer(
-        "an identity that is too long", "identity of 25 bytes", 0x81, IDENTITY + b"12345", "bytes"
+        "an older protocol", "identity of version 0", 0x81, b"\0\0" + IDENTITY[2:], error=HilError
     ),
     answer(
-        "an older protocol",
-        "identity of version 0",
-        0x81,
-        b"\0\0" + IDENTITY[2:],
-        "version 0",
-        "bring the firmware up to date",
-        error=HilError,
+        "a newer protocol", "identity of version 9", 0x81, b"\x09\0" + IDENTITY[2:], error=HilError
     ),
-    answer(
-        "a newer protocol",
-        "identity of version 9",
-        0x81,
-        b"\x09\0" + IDENTITY[2:],
-        "version 9",
-        "pip install -U ehsid",
-        error=HilError,
-    ),
-    answer("a result cut short", "result of 20 bytes", 0x84, RESULT[:20], "bytes"),
-    answer(
-        "fewer parameters than announced", "result with 1 of 2", 0x84, RESULT[:-4], "4 bytes", "2"
-    ),
+    answer("a result cut short", "result of 20 bytes", 0x84, RESULT[:20]),
+    answer("fewer parameters than announced", "result with 1 of 2", 0x84, RESULT[:-4]),
     answer(
         "an estimate that is not a number",
         "result with theta[1] = NaN",
         0x84,
         RESULT[:-4] + struct.pack("<f", float("nan")),
-        "theta[1] = nan",
-        "expected a finite number",
         error=HilError,
     ),
     answer(
@@ -168,8 +146,6 @@ CASES = (
         "result with command_v = inf",
         0x84,
         RESULT[:4] + struct.pack("<f", float("inf")) + RESULT[8:],
-        "command_v = inf",
-        "expected a finite number",
         error=HilError,
     ),
     answer(
@@ -177,18 +153,14 @@ CASES = (
         "result with status = 77",
         0x84,
         RESULT[:16] + b"\x4d" + RESULT[17:],
-        "status = 77",
-        "expected a status",
         error=HilError,
     ),
-    answer("a result of a servo cut short", "servo_result", 0x87, SERVO_RESULT[:20], "bytes"),
+    answer("a result of a servo cut short", "servo_result", 0x87, SERVO_RESULT[:20]),
     answer(
         "an interval that is not a number",
         "servo_result with omega_n_half_width = NaN",
         0x87,
         SERVO_RESULT[:27] + struct.pack("<f", float("nan")) + SERVO_RESULT[31:],
-        "omega_n_half_width = nan",
-        "expected a finite number",
         error=HilError,
     ),
     answer(
@@ -196,38 +168,17 @@ CASES = (
         "servo_result with velocity_gain_reason = 99",
         0x87,
         SERVO_RESULT[:22] + b"\x63" + SERVO_RESULT[23:],
-        "velocity_gain_reason = 99",
-        "expected one of those",
         error=HilError,
     ),
-    answer("a state that does not exist", "done with state 9", 0x82, b"\x09", "9"),
-    answer("a reason that does not exist", "refused with reason 200", *refusal(200), "200"),
-    target("a target that says nothing", "hello()", says=("no answer to hello", "powered")),
-    target("a target that sends rubbish", "hello()", b"\x05ab", says=("2 damaged frames", "baud")),
-    target("a flood of bad frames", "hello()", *([b"\x05ab"] * 50), says=("no answer", "damaged")),
-    target(
-        "a refusal of an unknown request",
-        "hello()",
-        refusal(3),
-        says=("refused hello", "one release"),
-    ),
-    target(
-        "a refusal in the wrong state",
-        "hello()",
-        refusal(1, 2),
-        says=("in its state", "begin with"),
-    ),
-    target(
-        "a refusal of the settings",
-        "hello()",
-        refusal(4, 0, 8),
-        says=("invalid argument", "controller.hpp"),
-    ),
-    servo(
-        "a target that does not know ServoEstimator",
-        refusal(3),
-        says=("refused the configuration", "does not know this request", "one release"),
-    ),
+    answer("a state that does not exist", "done with state 9", 0x82, b"\x09"),
+    answer("a reason that does not exist", "refused with reason 200", *refusal(200)),
+    target("a target that says nothing", "hello()"),
+    target("a target that sends rubbish", "hello()", b"\x05ab"),
+    target("a flood of bad frames", "hello()", *([b"\x05ab"] * 50)),
+    target("a refusal of an unknown request", "hello()", refusal(3)),
+    target("a refusal in the wrong state", "hello()", refusal(1, 2)),
+    target("a refusal of the settings", "hello()", refusal(4, 0, 8)),
+    servo("a target that does not know ServoEstimator", refusal(3)),
     *cases_of(
         ROOT / "tests" / "servo" / "bad_frames.txt",
         lambda text: Outcome("answer of the firmware", text),
