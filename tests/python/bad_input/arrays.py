@@ -27,7 +27,7 @@ Y = np.cumsum(U)
 FUNCTIONS = (
     *(diagnose, EstimatorConfiguration, configure_from_record, estimate, ArxOrders, IoData),
     *(fit_arx, identify, make_record, read_record, write_record, parse_rig, simulate),
-    *(chirp, odd_multisine, prbs, random_steps, triangle, np.eye, np.ones),
+    *(chirp, odd_multisine, prbs, random_steps, triangle, np.diag, np.eye, np.ones),
 )
 NAMES = {
     **{function.__name__: function for function in FUNCTIONS},
@@ -39,6 +39,7 @@ NAMES = {
     "masked": np.ma.masked_array(U, mask=np.arange(100) == 5),
     "dates": np.arange("2024-01-01", "2024-04-10", dtype="datetime64[D]"),
     "data": IoData.from_arrays(U, Y),
+    "short": IoData.from_arrays(U[:10], Y[:10]),
     "record": make_record({"u": [1.0, 2.0]}),
     "rig": parse_rig(BENCH),
     "rng": np.random.default_rng(1),
@@ -49,9 +50,14 @@ def call(wrong: str, shown: str, kind: type[Exception] = ValueError) -> Case:
     """A call that must raise an exception of this kind, or of one that is derived from it."""
 
     def outcome() -> Outcome:
+        rls, servo = ehsid.Rls(3), ehsid.ArxEstimator(2, 2, 1)
+        rls.run(np.eye(3), np.arange(3.0))
+        servo.run(U, Y)
+        before = rls.save(), servo.save()
         try:
-            eval(shown, {**NAMES, "rls": ehsid.Rls(3), "servo": ehsid.ArxEstimator(2, 2, 1)})
+            eval(shown, {**NAMES, "rls": rls, "servo": servo})
         except kind as error:
+            assert (rls.save(), servo.save()) == before
             first, *more = str(error).splitlines()
             return Outcome(kind.__name__, first + (" ..." if more else ""))
         return Outcome("nothing", "")
@@ -68,6 +74,9 @@ CASES = (
     call("text for the output", "rls.update([1, 2, 3], 'x')", TypeError),
     call("regressors that are too short", "rls.run(ones((4, 2)), ones(4))"),
     call("outputs of another number", "rls.run(ones((4, 3)), ones(5))"),
+    call("a vector for regressors", "rls.run(ones(3), ones(3))"),
+    call("complex outputs", "rls.run(ones((4, 3)), [1j] * 4)", TypeError),
+    call("a matrix for a regressor", "rls.predict([[1, 2, 3]])"),
     call("columns of unequal lengths", "servo.run(u, y[:50])"),
     call("a matrix for a column", "servo.run(u.reshape(10, 10), y)"),
     call("the name of a file for an array", "servo.run('record.csv', y)", TypeError),
@@ -82,19 +91,39 @@ CASES = (
     call("a covariance of another size", "rls.start_from_covariance([0] * 3, eye(2))"),
     call("a covariance of rank one", "rls.start_from_covariance([0] * 3, ones((3, 3)))"),
     call("start values that are not numbers", "rls.start_from_covariance([0, nan, 0], eye(3))"),
+    call("a covariance without rows", "rls.start_from_covariance([0] * 3, ones((0, 3)))"),
+    call("a vector for a covariance", "rls.start_from_covariance([0] * 3, ones(3))"),
+    call("a variance below 0", "rls.start_from_covariance([0] * 3, diag([1, -1, 1]))"),
+    call(
+        "a variance that is not a number", "rls.start_from_covariance([0] * 3, diag([1, nan, 1]))"
+    ),
+    call("too few start values", "rls.start_from_covariance([0] * 2, eye(3))"),
     call("no parameters", "ehsid.Rls(0)"),
+    call("14 parameters", "ehsid.Rls(14)"),
     call("a number of parameters that no integer holds", "ehsid.Rls(10**30)", TypeError),
     call("a fraction of a parameter", "ehsid.Rls(2.5)", TypeError),
     call("a precision that there is not", "ehsid.Rls(2, dtype='float16')"),
+    call("whole numbers for a precision", "ehsid.Rls(2, dtype=int)"),
+    call("a precision that is no type", "ehsid.ArxEstimator(1, 1, 1, dtype='flat')"),
+    call("too few start values", "ehsid.Rls(2, theta0=[1])"),
     call("start values that are not numbers", "ehsid.Rls(2, theta0=[1, nan])"),
     call("a variance of zero", "ehsid.Rls(2, variance0=[1, 0])"),
+    call("too many variances", "ehsid.Rls(2, variance0=[1, 1, 1])"),
+    call(
+        "a variance that float32 rounds to zero", "ehsid.Rls(1, variance0=[1e-60], dtype='float32')"
+    ),
     call("an order of 7", "ehsid.ArxEstimator(7, 1, 1)"),
+    call("an order of 0", "ehsid.ArxEstimator(0, 1, 1)"),
+    call("an order of 0 of the command", "ehsid.ArxEstimator(1, 0, 1)"),
+    call("an order of 7 of the command", "ehsid.ArxEstimator(1, 7, 1)"),
+    call("a delay below 0", "ehsid.ArxEstimator(1, 1, -1)"),
     call("a delay of 21 samples", "ehsid.ArxEstimator(1, 1, 21)"),
     call("a limit of zero", "ehsid.ArxEstimator(1, 1, 1, input_limit=0)"),
     call("a factor above 1", "ehsid.Constant(1.5)"),
     call("a factor that is not a number", "ehsid.Exponential(nan)"),
     call("a scale of zero", "ehsid.Scaling(position_scale=0)"),
     call("no columns", "make_record({})"),
+    call("the time alone", "make_record({'time_s': [0, 1]})"),
     call("a number for a column", "make_record({'u': 3.0})"),
     call("NaN in a column", "make_record({'u': [1, nan, 2]})"),
     call("a masked column", "make_record({'u': masked})"),
@@ -115,7 +144,7 @@ CASES = (
     call("an order below 0", "ArxOrders(-1, 2, 1)"),
     call(
         "too few samples",
-        "estimate(IoData.from_arrays(u[:10], y[:10]), ArxOrders(3, 3, 1), forgetting=ehsid.Constant())",
+        "estimate(short, ArxOrders(3, 3, 1), forgetting=ehsid.Constant())",
     ),
     call("an order of 9", "EstimatorConfiguration(ArxOrders(9, 1, 1)).estimator()"),
     call(

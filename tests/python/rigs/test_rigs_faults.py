@@ -1,5 +1,8 @@
 # SPDX-License-Identifier: MIT
-"""Every single fault in a rig file is refused, and the message names the key."""
+"""Every single fault in a rig file is refused, and the message names the key.
+
+bad_input/rigs.py has the files of a user who went wrong, with their whole messages.
+"""
 
 from __future__ import annotations
 
@@ -150,15 +153,11 @@ def test_an_axis_has_no_valve_and_no_oil(effect: str) -> None:
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        ({"effects": {"coulomb_friction": {}}}, "'effects.coulomb_friction' is empty: expected"),
         ({"effects": {"coulomb": {}}}, "did you mean 'coulomb_friction'?"),
-        ({"effects": {"stribeck_friction": {"coulomb_n": 9.0, "stribeck_velocity_m_s": 0.01}}},
-         "static_n' = 0 must not be below coulomb_n = 9"),
         ({"uncertainty": {"axis.mass_kg": 0.1}}, "'axis.mass_kg': the rig does not tell"),
         ({"uncertainty": {"effects.sensor_lag.time_constant_s": 0.1}}, "the rig does not tell"),
-        ({"uncertainty": {"load.mas_kg": 0.1}}, "did you mean 'load.mass_kg'?"),
         ({"nuisance": {"presliding_m": 0.0}}, "expected 1e-06 to 0.0005 m"),
-        ({"plant": "esh"}, "did you mean 'ehs'?"),
+        ({"columns": {"position_m": {"unit": 1}}}, 'expected { name = "Stroke", unit = "mm" }'),
         ({"effects": 3}, "'effects' = 3: expected a section [effects]"),
         ({"a\nb": 3}, r"'a\nb' is not known"),
         ({"load": {"mass_kg": "x" * 10_000, "viscous_friction_n_s_m": 1.0}}, "xxx...: expected"),
@@ -178,12 +177,6 @@ def test_other_faults(change: dict[str, Any], message: str) -> None:
         (b'name = "a"\n[fluid\n', "line 2, column 7"),
         (b'name = "a"\nplant = """', "line 2, column 12, the end of the file"),
         (b'name = "a"\nx = "\xfc"\n', "line 2, column 6: byte 0xfc is not UTF-8"),
-        ('name = "a"'.encode("utf-16"), "UTF-16"),
-        (b"x = " + b"[" * 100_000, "nested too deeply"),
-        (b"x = " + b"9" * 5_000, "not TOML"),
-        (b"a = 1\na = 2\n", "line 2"),
-        (b"\x00", "line 1, column 1"),
-        (b"", "'plant' is missing"),
     ],
 )
 def test_a_syntax_error_is_reported_with_line_and_column(
