@@ -85,12 +85,6 @@ def good_record(ending: str) -> bytes:
         return path.read_bytes()
 
 
-@cache
-def good_rig(name: str) -> dict[str, Any]:
-    """A rig file of the examples as tables."""
-    return tomllib.loads(RIGS[name].read_text(encoding="utf-8"))
-
-
 @st.composite
 def damaged(draw: st.DrawFn, good: bytes) -> bytes:
     """The bytes with up to three parts replaced, removed, repeated or moved."""

@@ -33,7 +33,7 @@ MOST_BYTES = 2**30
 REMEDY = re.compile(
     r"[Ee]xpected|[Tt]o fix it|did you mean|must (not )?be|move it away|another|give|leave|make|"
     r"see out/|rename|take|can be put|name |write|use |add |start |build |remove it|needs|"
-    r"plugged in"
+    r"goes with|plugged in"
 )
 EVERY = [
     pytest.param(case, id=f"{group.__name__.rpartition('.')[2]}-{i}-{case.wrong}")

@@ -82,6 +82,11 @@ CASES = (
         "the logged command for the result",
         "ehsid simulate rig.toml --command record.csv --out record.csv",
     ),
+    place(
+        "a folder for the header", "ehsid export record.csv --out out", files={"out/a.hpp": "mine"}
+    ),
+    place("no folder for the header", "ehsid export record.csv --out none/x.hpp"),
+    place("a file for the run of a target", f"{HIL} --out record.csv"),
     place("the record for the header", "ehsid export record.csv --out record.csv"),
     place("the record for the new record", f"{INJECT} --out record.csv"),
     place(
@@ -122,6 +127,11 @@ CASES = (
         "results in the folder of the machines",
         "ehsid gap-fleet machines --out machines",
         files=MACHINE,
+    ),
+    place(
+        "a machine in the place of its result",
+        "ehsid gap-fleet machines --out out",
+        files=MACHINE | {"out/m1": a_link_to("../machines/m1")},
     ),
     place(
         "a folder of somebody else with the name of a machine",

@@ -82,6 +82,11 @@ CASES = (
         files={"a/x/run.csv": LONG, "b/x/run.csv": GOOD},
     ),
     given(
+        "a position without a unit",
+        GAP,
+        "time_s,command_v,Position\n0,1,2\n0.1,1,2\n0.2,1,2\n",
+    ),
+    given(
         "names of the logger that the rig does not have",
         GAP,
         LONG.replace("position_m", "Hub"),

@@ -134,27 +134,3 @@ def test_logs_that_are_read_in_the_same_way_are_told_once(here: Path) -> None:
     for one in json.loads(outcome.stdout)["records"]:
         assert one["estimate"] == alone(one["file"], *SETTINGS, *maps)
         assert one["estimate"]["reading"]["columns"]
-
-
-@pytest.mark.parametrize(
-    ("arguments", "words"),
-    [
-        (("empty",), "this is a directory without records"),
-        (("bad",), "none of 1 files could be used"),
-        (("logs", "--out", "logs"), "is the folder of the records"),
-        (("logs", "--input", "u", "--output", "u"), "expected two columns"),
-        (("logs", "--method", "riv", "--forgetting", "f-ratio"), "riv"),
-    ],
-)
-def test_what_cannot_be_used_is_told_once_and_nothing_is_written(
-    arguments: tuple[str, ...], words: str, here: Path
-) -> None:
-    (here / "empty").mkdir()
-    (here / "bad").mkdir()
-    (here / "bad" / "x.csv").write_text("a,b\n")
-    before = sorted(here.rglob("*"))
-    out = () if "--out" in arguments else ("--out", "out")
-    outcome = run(*arguments, *out)
-    assert outcome.exit_code == 2
-    assert outcome.stderr.count(words) == 1, outcome.stderr
-    assert sorted(here.rglob("*")) == before

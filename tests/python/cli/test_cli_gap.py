@@ -184,41 +184,6 @@ def test_records_of_one_name_are_told_apart(diagnose: FakeDiagnose, here: Path) 
     assert diagnose.asked.held_out == ["tuesday_log"]
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    ("arguments", "words"),
-    [
-        (["none.csv", "--rig", "rig.toml"], ["none.csv", "no such file"]),
-        (["one.csv", "--rig", "none.toml"], ["none.toml", "no such file"]),
-        (["one.csv", "--rig", "one.csv"], ["one.csv", "not TOML"]),
-        (
-            ["short.csv", "--rig", "rig.toml"],
-            ["short.csv", "unit of 'Position'", "--map 'position_m=Position [mm]'"],
-        ),
-        (
-            ["one.csv", "--rig", "rig.toml", "--exclude-effect", "coulomb_fricton"],
-            ["did you mean 'coulomb_friction'?", "valve_dead_band"],
-        ),
-        (["one.csv", "one.csv", "--rig", "rig.toml"], ["the same data", "once"]),
-        (["one.csv", "--validate", "copy.csv", "--rig", "rig.toml"], ["copy.csv", "same data"]),
-        (["one.csv", "--rig", "rig.toml", "--workers", "0"], ["--workers"]),
-        (["one.csv"], ["--rig"]),
-    ],
-)
-def test_bad_input_is_one_message_and_nothing_written(
-    arguments: list[str], words: list[str], diagnose: FakeDiagnose, here: Path
-) -> None:
-    (here / "copy.csv").write_bytes((here / "one.csv").read_bytes())
-    (here / "short.csv").write_text("time_s,command_v,Position\n0,1,2\n0.1,1,2\n0.2,1,2\n")
-    outcome = run(*arguments, "--out", "out")
-    assert outcome.exit_code == 2, outcome.output
-    assert "Traceback" not in outcome.output
-    for word in words:
-        assert word in " ".join(outcome.stderr.split())
-    assert not (here / "out").exists()
-    assert diagnose.calls == []
-
-
 @pytest.mark.parametrize("out", ["rig.toml", "rig.toml/below"])
 def test_a_folder_that_is_a_file_is_told_before_the_work(
     out: str, diagnose: FakeDiagnose, here: Path

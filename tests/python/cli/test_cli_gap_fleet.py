@@ -346,35 +346,6 @@ def test_nothing_diagnosed_is_an_error(tmp_path: Path) -> None:
     assert "has no rig.toml" in (tmp_path / "out" / "fleet.html").read_text(encoding="utf-8")
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    ("arguments", "told"),
-    [
-        (["nowhere", "--out", "out"], "there is no such folder"),
-        (["fleet/saw", "--out", "out"], "has no sub-folders; expected one for each machine"),
-        (["fleet", "--out", "fleet/out"], "lies in fleet; name a folder outside of it"),
-        (["fleet", "--out", "fleet"], "lies in fleet; name a folder outside of it"),
-        (["fleet", "--out", "mine"], "is there already and is not an earlier result"),
-        (["fleet", "--out", "linked"], "linked/saw: lies in fleet"),
-        (["fleet", "--out", "out", "--exclude-effect", "load_forse"], "did you mean 'load_force'"),
-        (["fleet", "--out", "out", "--dask", "tcp://127.0.0.1:1"], "--workers is of this machine"),
-    ],
-)
-def test_bad_input_is_one_message_and_nothing_written(
-    arguments: list[str], told: str, here: Path
-) -> None:
-    (here / "mine" / "saw").mkdir(parents=True)
-    (here / "mine" / "saw" / "error.txt").write_text("all I have")
-    (here / "linked").mkdir()
-    (here / "linked" / "saw").symlink_to(here / "fleet" / "saw")
-    before = sorted(path for path in here.rglob("*"))
-    outcome = run(*arguments)
-    assert outcome.exit_code == 2, outcome.output
-    assert told in words(outcome.stderr)
-    assert "Traceback" not in outcome.output
-    assert sorted(path for path in here.rglob("*")) == before
-
-
 @pytest.mark.thorough
 def test_a_cluster_gives_the_same_files(here: Path, dask_cluster: str) -> None:
     outcome = run("fleet", "--out", "out", "--dask", dask_cluster, workers=None)

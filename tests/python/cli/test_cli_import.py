@@ -195,32 +195,6 @@ def test_map_and_dt_say_otherwise(tmp_path: Path) -> None:
     assert np.ptp(record.column("position_m")) == pytest.approx(1.0, rel=1e-3)  # 100 mm as cm
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    ("options", "words"),
-    [
-        (["--map", "position=Stroke"], ["--map", "no channel 'position'"]),
-        (["--map", "position_m=Hub"], ["no column 'Hub'"]),
-        (["--dt", "0"], ["--dt 0", "above 0"]),
-        (["--dt", "nan"], ["--dt nan", "above 0"]),
-        (["--out", "rec.xlsx"], ["'.xlsx' is not known"]),
-        (["--out", "run.xlsx"], ["run.xlsx"]),
-    ],
-)
-def test_wrong_use_is_one_message(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, options: list[str], words: list[str]
-) -> None:
-    monkeypatch.chdir(tmp_path)
-    log = write_excel(tmp_path)
-    before = log.read_bytes()
-    outcome = run("import", log, *options)
-    assert outcome.exit_code == 2
-    for word in words:
-        assert word in " ".join(outcome.stderr.split())
-    assert "Traceback" not in outcome.output
-    assert log.read_bytes() == before
-
-
 def test_the_log_of_the_press_is_identified_as_it_was_written() -> None:
     outcome = run(
         "identify", DATA / "mts_press_head.txt", "--input", "CHANNEL2", "--output", "CHANNEL0"

@@ -77,33 +77,6 @@ def test_an_accumulator_makes_the_supply_droop(tmp_path: Path) -> None:
     assert "supply_droop" not in read_rig(written(tmp_path, "without.toml")).effects()
 
 
-@pytest.mark.parametrize(
-    ("options", "message"),
-    [
-        (["--accumulator-volume", "1 l"], "expected both or neither"),
-        (["--accumulator-precharge", "90 bar"], "expected both or neither"),
-        (
-            ["--accumulator-volume", "1 l", "--accumulator-precharge", "130 bar"],
-            "a pre-charge between 0 and the supply pressure",
-        ),
-        (
-            ["--accumulator-volume", "60 l", "--accumulator-precharge", "90 bar"],
-            "with so large an accumulator the supply pressure is constant: leave it out",
-        ),
-        (["--oil", "VG 47"], "expected a viscosity grade of ISO 3448"),
-        (["--oil", "1,5 cSt"], "expected a viscosity grade of ISO 3448"),
-    ],
-)
-def test_an_impossible_accumulator_or_oil_is_refused(
-    tmp_path: Path, options: list[str], message: str
-) -> None:
-    out = tmp_path / "rig.toml"
-    outcome = CliRunner().invoke(cli, ["rig", "new", *OPTIONS, *options, "--out", str(out)])
-    assert outcome.exit_code == 2
-    assert message in " ".join(outcome.stderr.split())
-    assert not out.exists()
-
-
 def written(folder: Path, name: str, *options: str) -> Path:
     said("rig", "new", *OPTIONS, *options, "--out", str(folder / name))
     return folder / name

@@ -95,26 +95,3 @@ def test_a_log_that_cannot_be_read_is_named_and_the_others_are_told(machine: Pat
     assert code == 0
     assert "1 log could not be used: 2026-12-24-99.csv (" in said
     assert "2026-12-24-99.csv: " in Path("history/watch.html").read_text(encoding="utf-8")
-
-
-@pytest.mark.parametrize(
-    ("words", "says"),
-    [
-        (("press8",), "press8: there is no such folder: expected one with dated logs"),
-        (("press7", "--track", "leakage"), "--track: there is no effect 'leakage'; expected one"),
-        (("press7", "--out", "press7/history"), "--out press7/history: lies in press7; name a"),
-        (("undated",), "undated: no date in the name of run7.csv: expected one such as 2026-03-17"),
-        (("empty",), "empty: has no log of a machine: expected at least one"),
-    ],
-)
-def test_what_cannot_be_watched_is_said(machine: Path, words: tuple[str, ...], says: str) -> None:
-    for folder in ("undated", "empty"):
-        Path(folder).mkdir()
-        write_rig(bench(), Path(folder) / "rig.toml")
-    write_record(measured_record("record", 1, seconds=1.0, dt_s=5e-3), Path("undated/run7.csv"))
-    out = () if "--out" in words else ("--out", "history")
-    done = CliRunner().invoke(cli, ["watch", *words, *out])
-    assert done.exit_code == 2
-    assert says in " ".join(done.output.split())
-    assert not Path("history").exists()
-    assert not Path("press7/history").exists()

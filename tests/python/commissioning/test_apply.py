@@ -159,21 +159,3 @@ def test_a_verdict_that_carries_nothing_is_refused(
     assert f"the verdict is {verdict}" in shown
     assert VERDICT[verdict] in shown
     assert not (tmp_path / "out").exists()
-
-
-@pytest.mark.parametrize(
-    ("words", "message"),
-    [
-        (["{0}", "{0}"], "a second one of its kind"),
-        (["{0}", "--speed", "1.5"], "--speed 1.5: expected 0, calm, to 1, fast"),
-        (["{0}", "--cycle", "1"], "--cycle 1: expected 0.00001 to 0.1 s"),
-        (["{0}/../.."], "has neither diagnosis.json nor estimate.json"),
-        ([str(ROOT / "examples" / "rigs" / "axis.toml")], 'a plant "axis" has no valve'),
-    ],
-)
-def test_what_cannot_be_used_is_told(words: list[str], message: str, rig_file: Path) -> None:
-    words = [word.format(rig_file) for word in words]
-    words = [str(Path(word).resolve()) if word.endswith("..") else word for word in words]
-    code, shown = run(*words)
-    assert code == 2
-    assert message in shown

@@ -19,7 +19,6 @@ HELD = 200_000  # script/soak holds for 1e8
 CHANGE = 1.5
 RETURNS, RETURNS_WITH_RESET = 41, 201  # odd: the median is one of them
 MOST_BACK, MOST_BACK_WITH_RESET = 3000, 300  # samples; who is not back by then does not come back
-STAYS = 50  # samples within 1 % until it counts as back
 
 
 def prbs(clock: int, samples: int) -> FloatArray:

@@ -26,7 +26,6 @@ RLS = 0x524C5331
 Estimator = ehsid.ArxEstimator | ehsid.Rls
 
 DAMAGED = "damaged or incomplete"
-OTHER_MODEL = "another model"
 OTHER_CONFIGURATION = "another configuration"
 OTHER_VERSION = "another version of ehsid"
 NO_STATE = "not a saved state of this class"

@@ -17,7 +17,6 @@ import ehsid
 from ehsid.lab.studies.noises import plain_deviation
 
 FloatArray = npt.NDArray[np.float64]
-NOISES = ("equation", "coloured", "position")
 ALARM, RELEASE = 22.458, 12.592
 
 

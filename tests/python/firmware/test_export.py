@@ -40,7 +40,6 @@ from ehsid.harness.models.identification import (
 EXPORT = ROOT / "tests" / "export"
 CRANE = ROOT / "examples" / "data" / "hydraulic_crane.csv"
 COLUMNS = ["--input", "valve_opening", "--output", "oil_pressure"]
-FloatArray = npt.NDArray[np.float64]
 
 
 def bits(values: npt.ArrayLike) -> bytes:
@@ -468,49 +467,6 @@ def test_command_notes_that_a_policy_forgets_the_start(
     code, _, notes = run(str(CRANE), *COLUMNS, "--forgetting", policy, "--out", out)
     assert code == 0
     assert ("forgets from the first sample" in notes) == forgets
-
-
-@pytest.mark.parametrize(
-    ("arguments", "message"),
-    [
-        (["--name", "2nd"], "no C++ identifier"),
-        (["--name", "class"], "C++ keyword"),
-        (["--na", "7"], "--na 7: expected a whole number from 1 to 6"),
-        (["--na", "0"], "--na 0: expected a whole number from 1 to 6"),
-        (["--inflation", "0.5"], "at least 1"),
-        (["--identify", "--nk", "2"], "--identify chooses"),
-        (["--lambda0", "0.9"], "--lambda0 goes with"),
-        (["--forgetting", "constant", "--lambda0", "1.5"], "lambda_ must be finite and in (0, 1]"),
-        (["--setting", "eta=-1"], "eta must be finite and >= 0"),
-        (["--setting", "lambda=0.9"], "which has eta, critical_ratio"),
-        (["--setting", "eta"], "expected NAME=NUMBER"),
-        (["--setting", "eta=1", "--setting", "eta=2"], "given twice"),
-        (["--input", "nothing"], "nothing"),
-    ],
-)
-def test_wrong_options_are_one_message_and_code_2(
-    arguments: list[str], message: str, tmp_path: Path
-) -> None:
-    out = tmp_path / "servo.hpp"
-    code, printed, error = run(str(CRANE), *COLUMNS, *arguments, "--out", str(out))
-    assert code == 2
-    assert printed == ""
-    assert message in error
-    assert "Traceback" not in error
-    assert not list(tmp_path.iterdir())
-
-
-def test_wrong_places_are_one_message_and_code_2(tmp_path: Path) -> None:
-    code, _, error = run(str(CRANE), *COLUMNS, "--out", str(tmp_path))
-    assert code == 2
-    assert "is a folder" in error
-    code, _, error = run(str(CRANE), *COLUMNS, "--out", str(tmp_path / "none" / "x.hpp"))
-    assert code == 2
-    assert "there is no folder" in error
-    code, _, error = run("nowhere.csv")
-    assert code == 2
-    assert "nowhere.csv" in error
-    assert not list(tmp_path.iterdir())
 
 
 def test_an_earlier_header_stays_when_the_export_fails(tmp_path: Path) -> None:

@@ -140,23 +140,3 @@ def test_command_writes_an_fmu_with_or_without_a_compiler(
         assert {f"sources/{STEM}.c", "sources/fmu.c", "modelDescription.xml"} < set(names)
         assert any(name.startswith("binaries/") for name in names) == (not more)
         monkeypatch.setattr(shutil, "which", lambda _: None)
-
-
-@pytest.mark.parametrize(
-    ("arguments", "message"),
-    [
-        (["--fmi", "3"], "--fmi goes with --fmu"),
-        (["--c-source", "--fmi", "3"], "--fmi goes with --fmu"),
-        (["--fmu", "a.zip"], "ends in .fmu"),
-        (["--fmu", "a.fmu", "--out", "b.c"], "leave one of them out"),
-        (["--fmu", "a.fmu", "--fmi", "4"], "--fmi 4"),
-    ],
-)
-def test_wrong_options_are_one_message_and_code_2(
-    arguments: list[str], message: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.chdir(tmp_path)
-    code, printed, error = run(str(CRANE), *COLUMNS, *arguments)
-    assert (code, printed) == (2, "")
-    assert message in error
-    assert not list(tmp_path.iterdir())

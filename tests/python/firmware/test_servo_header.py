@@ -64,31 +64,6 @@ def test_settings_are_those_that_were_given(record: Path) -> None:
     assert ".tolerance = 0x1p-2F," in text
 
 
-@pytest.mark.parametrize(
-    ("words", "said"),
-    [
-        (["--na", "3"], "--na is of an ARX model"),
-        (["--nk", "2"], "--nk is of an ARX model"),
-        (["--no-offset"], "--no-offset is of an ARX model"),
-        (["--forgetting", "constant"], "--forgetting is of an ARX model"),
-        (["--setting", "eta=2"], "a setting of ServoEstimator, which has delay, drift, tolerance"),
-        (["--setting", "delay=1.5"], "expected a whole number of samples, 1 to 20"),
-        (["--setting", "delay=21"], "expected a whole number of samples, 1 to 20"),
-        (["--setting", "delay=inf"], "expected a whole number of samples, 1 to 20"),
-        (["--setting", "drift=-1"], "drift finite and >= 0"),
-        (["--setting", "tolerance=nan"], "tolerance must be finite and > 0"),
-    ],
-)
-def test_what_does_not_fit_is_refused_and_nothing_is_written(
-    record: Path, words: list[str], said: str
-) -> None:
-    record.with_name("made.hpp").unlink(missing_ok=True)
-    code, _, told = run(record, *words)
-    assert code == 2
-    assert said in " ".join(told.split())
-    assert not record.with_name("made.hpp").exists()
-
-
 def test_a_record_without_a_sampling_time_is_refused(record: Path) -> None:
     code, _, told = run(record, dt=False)
     assert code == 2

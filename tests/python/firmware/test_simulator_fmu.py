@@ -12,7 +12,6 @@ import numpy.typing as npt
 import pytest
 from sources import ROOT
 from test_export import run
-from user_simulators import rig_document, text_of
 
 from ehsid.harness.catalogue.parameters import acts_on, effects, names_of, plant_parameters
 from ehsid.harness.firmware.simulator_fmu import simulator_fmu
@@ -215,24 +214,3 @@ def test_command_writes_the_simulator(
     described = fmpy.read_model_description("bench.fmu")
     assert described.coSimulation.modelIdentifier == "simulator"
     assert float(described.defaultExperiment.stepSize) == 0.002
-
-
-@pytest.mark.parametrize(
-    ("arguments", "message"),
-    [
-        (["RIG", "--fmu", "a.fmu", "--out", "b.fmu"], "leave one of them out"),
-        (["--fmu", "RIG", "--float64"], "--float64 is of an estimator"),
-        (["--fmu", "own.toml"], "export the simulator with its own tool"),
-        (["--fmu", "a.fmu"], "RECORD is missing"),
-        ([], "RECORD is missing"),
-    ],
-)
-def test_wrong_options_are_one_message_and_code_2(
-    arguments: list[str], message: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.chdir(tmp_path)
-    Path("own.toml").write_text(text_of(rig_document()), encoding="utf-8")
-    code, printed, error = run(*(str(BENCH) if one == "RIG" else one for one in arguments))
-    assert (code, printed) == (2, "")
-    assert message in error
-    assert [path.name for path in tmp_path.iterdir()] == ["own.toml"]

@@ -242,26 +242,6 @@ def test_command_writes_both_files(tmp_path: Path) -> None:
     assert sorted(path.name for path in tmp_path.iterdir()) == [".ehsid", "crane.c", "crane.h"]
 
 
-@pytest.mark.parametrize(
-    ("arguments", "message"),
-    [
-        (["--float64"], "--float64 goes with --c-source"),
-        (["--c-source", "--c"], "leave one of them out"),
-        (["--c-source", "--servo"], "leave one of them out"),
-        (["--c-source", "--out", "servo.h"], "ends in .c"),
-        (["--c-source", "--out", "a b.c"], "#include"),
-    ],
-)
-def test_wrong_options_are_one_message_and_code_2(
-    arguments: list[str], message: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.chdir(tmp_path)
-    code, printed, error = run(str(CRANE), *COLUMNS, *arguments)
-    assert (code, printed) == (2, "")
-    assert message in error
-    assert not [path for path in tmp_path.iterdir() if path.name != ".ehsid"]
-
-
 def test_long_windows_are_refused() -> None:
     made = replace(make_headers.configuration("f_ratio"), reset=None)
     longest = ehsid.RmseResetOptions(long_window=1e8)

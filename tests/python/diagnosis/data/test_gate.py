@@ -133,7 +133,6 @@ def _drifting(time: np.ndarray) -> np.ndarray:
     return np.append(0.0, np.cumsum(DT_S * np.linspace(0.998, 1.002, time.size - 1)))
 
 
-PRESSURES = ("pressure_a_pa", "pressure_b_pa", "supply_pressure_pa")
 UNIT = "perhaps it is in another unit: --map '{}={} [{}]'".format
 
 

@@ -25,7 +25,6 @@ from ehsid.harness.signals.simulation import simulate
 
 DT_S = 0.002
 RIG = read_rig(ROOT / "examples" / "rigs" / "bench.toml")
-RNG = np.random.default_rng(5)
 T = np.arange(4000) * DT_S
 COMMAND = (
     1.5 * np.sin(2 * np.pi * 0.9 * T)

@@ -31,7 +31,6 @@ from ehsid.hil.messages import Kind
 from ehsid.lab.studies.rig_records import DT_S
 
 SHORT = ("--loop", "open", "--duration", "2", "--dt", "0.02", "--excitation", "prbs")
-SERVO = ("--port", "loop://", "--loop", "open", "--servo")
 SAFE_BODY = struct.Struct("<HIf")
 
 
@@ -147,46 +146,6 @@ def test_the_experiment_has_a_folder_for_each_factor(relay: Relay, tmp_path: Pat
     runs = {run["name"]: run for run in json.loads((tmp_path / "hil.json").read_text())["runs"]}
     assert runs["changed_reset"]["resets"] >= 1 > runs["changed"]["resets"]
     assert read_record(records[0]).dt_s == pytest.approx(DT_S)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    ("arguments", "says"),
-    [
-        ((), "either --port"),
-        (("--port", "a", "--qemu", "b"), "either --port"),
-        (("--port", "/dev/no-such-port"), "there is no such port"),
-        (("--qemu", "no-such-file.elf"), "no-such-file.elf: cannot be read"),
-        (("--port", "loop://", "--rig", "none.toml"), "none.toml: there is no such file"),
-        (("--port", "loop://", "--dt", "0"), "--dt 0: expected a finite number of seconds > 0"),
-        (("--port", "loop://", "--out", __file__), "is a file: expected a folder"),
-        (("--port", "loop://", "--loop", "open", "--amplitude", "11"), "at most the rated command"),
-        (
-            ("--port", "loop://", "--loop", "open", "--na", "7"),
-            "--na 7: expected a whole number",
-        ),
-        (("--port", "loop://", "--loop", "open", "--effect", "x"), "EFFECT.PARAMETER=NUMBER"),
-        ((*SERVO, "--forgetting", "constant"), "--forgetting is of an ARX model, which --servo"),
-        ((*SERVO, "--lambda0", "0.99"), "--lambda0 is of an ARX model"),
-        ((*SERVO, "--na", "2"), "--na is of an ARX model"),
-        ((*SERVO, "--nb", "2"), "--nb is of an ARX model"),
-        ((*SERVO, "--nk", "2"), "--nk is of an ARX model"),
-        ((*SERVO, "--setting", "eta=2"), "a setting of ServoEstimator, which has delay, drift"),
-        ((*SERVO, "--setting", "delay=1.5"), "delay 1.5: expected a whole number of samples"),
-        ((*SERVO, "--setting", "tolerance=-1"), "tolerance"),
-        (("--port", "loop://", "--setting", "drift=0.1"), "a setting of f-ratio forgetting"),
-        ((*SERVO, "--cycles", "lost"), "--cycles lost: expected NAME=NUMBER"),
-        ((*SERVO, "--cycles", "lost=x"), "--cycles lost=x: expected a number from 0 to 0.5"),
-        ((*SERVO, "--cycles", "lost=0.1", "--cycles", "lost=0"), "lost is given twice"),
-    ],
-)
-def test_wrong_use(arguments: tuple[str, ...], says: str, tmp_path: Path) -> None:
-    out = () if "--out" in arguments else ("--out", str(tmp_path / "hil"))
-    code, said, errors = ended(*arguments, *out)
-    assert code == 2
-    assert says in errors.replace("\n", " ")
-    assert "Traceback" not in errors + said
-    assert not (tmp_path / "hil").exists()
 
 
 @pytest.mark.slow

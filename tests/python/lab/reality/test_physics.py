@@ -4,7 +4,6 @@
 import math
 
 import numpy as np
-import numpy.typing as npt
 import pytest
 from reality_runs import DT_S, drawn_case, own_run
 from scipy.integrate import quad
@@ -15,7 +14,6 @@ from ehsid.lab.reality.case import start_state
 from ehsid.lab.reality.truth import Truth
 from ehsid.lab.reality.variants import with_friction
 
-FloatArray = npt.NDArray[np.float64]
 ATMOSPHERE_PA = 101325.0
 
 

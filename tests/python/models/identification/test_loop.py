@@ -12,7 +12,6 @@ from identification_truth import A16, B16
 from ehsid.harness.models.identification import ArxOrders
 from ehsid.harness.models.identification.loop import LoopAnalysis, analyse_loop, arx_system
 
-Array = npt.NDArray[np.float64]
 DT_S = 0.05
 # Integrator and a resonance at 0.35 rad a sample with a damping ratio of 0.1, as of an oil spring.
 PAIR = np.exp(0.35 * np.array([-0.1 + 1j * np.sqrt(0.99), -0.1 - 1j * np.sqrt(0.99)]))

@@ -78,39 +78,6 @@ def test_a_parameter_of_two_effects_is_set_by_its_full_name(here: Path) -> None:
     assert "transport_delay and position_delay have it" in outcome.stderr
 
 
-@pytest.mark.parametrize(
-    ("options", "message"),
-    [
-        (asked(), "no effect is named; name one with --effect; there are: gain"),
-        (asked("valve_deadband", "overlap=0.1"), "did you mean 'valve_dead_band'"),
-        (asked("valve_dead_band"), "'valve_dead_band': overlap is missing: expected 0 to 0.3"),
-        (asked("valve_dead_band", "overlap=wide"), "expected PARAMETER=NUMBER"),
-        (asked("valve_dead_band", "overlap=nan"), "expected PARAMETER=NUMBER"),
-        (asked("valve_dead_band", "overlap=1e9"), "expected 0 to 0.3"),
-        (asked("valve_dead_band", "overlp=0.1"), "did you mean 'overlap'"),
-        (asked("valve_dead_band", "overlap=0.1", "overlap=0.2"), "is set twice"),
-        (asked("gain", "gain", "factor=1.1"), "name each effect once"),
-        (asked("gain", "gain", "transport_delay", "factor=1.1"), "--effect gain: name each"),
-        (asked("gain", "factor=1.1", out="made.txt"), "made.txt"),
-        (
-            asked("gain", "factor=1.1", out="no/made.csv"),
-            "there is no folder no: expected one that exists",
-        ),
-        (asked("gain", "factor=1.1", out="run.csv"), "run.csv: this is an input of the command"),
-    ],
-)
-def test_bad_input_ends_with_code_2_and_writes_nothing(
-    here: Path, options: list[str], message: str
-) -> None:
-    before = (here / "run.csv").read_bytes()
-    outcome = run(*options)
-    assert outcome.exit_code == 2, outcome.output
-    assert message in outcome.stderr
-    assert "Traceback" not in outcome.output
-    assert [path.name for path in here.iterdir()] == ["run.csv"]
-    assert (here / "run.csv").read_bytes() == before
-
-
 def test_layout_of_the_rig_is_read_and_the_schema_written(here: Path) -> None:
     text = BENCH.read_text()
     text += '\n[columns]\nposition_m = { name = "stroke", unit = "mm" }\n'

@@ -114,37 +114,6 @@ def test_every_excitation_runs(name: str) -> None:
     assert max(json.loads(outcome.stdout)["error"].values()) < 0.005
 
 
-@pytest.mark.parametrize(
-    ("arguments", "words"),
-    [
-        ([], "either --command RECORD or --excitation NAME"),
-        (["--excitation", "steps", "--effect", "load_force=3"], "expected EFFECT.PARAMETER=NUMBER"),
-        (["--excitation", "prbs", "--duration", "0"], "expected 0 < 2 dt <= duration"),
-        (["--excitation", "triangle", "--amplitude", "9"], "scale it by at most"),
-        (["--excitation", "prbs", "--amplitude", "11"], "at most the rated command, 10 V"),
-        (["--excitation", "prbs", "--loop", "p", "--amplitude", "0.2"], "beyond the stroke"),
-        (["--excitation", "prbs", "--loop", "p", "--bandwidth", "-1"], "bandwidth of -1 Hz"),
-        (["--command", "none.csv", "--loop", "p"], "--loop"),
-        (["--command", "none.csv"], "none.csv"),
-    ],
-)
-def test_wrong_use_gives_a_message_and_no_file(
-    arguments: list[str], words: str, tmp_path: Path
-) -> None:
-    out = tmp_path / "rec.csv"
-    outcome = CliRunner().invoke(cli, ["simulate", str(RIG), *arguments, "--out", str(out)])
-    assert outcome.exit_code == 2
-    assert words in outcome.stderr
-    assert "Traceback" not in outcome.output
-    assert list(tmp_path.iterdir()) == []
-
-
-def test_noise_without_a_deviation_in_the_rig_is_refused() -> None:
-    outcome = CliRunner().invoke(cli, ["simulate", str(AXIS), "--excitation", "prbs", "--noise"])
-    assert outcome.exit_code == 2
-    assert "add position_noise_m" in outcome.stderr
-
-
 def test_catalogue_as_json() -> None:
     outcome = CliRunner().invoke(cli, ["effects", "--json"])
     effects = json.loads(outcome.stdout)

@@ -22,12 +22,6 @@ def record() -> Record:
     return simulate(RIG, command, dt_s=DT_S, values=TRUE, substeps=4).record
 
 
-def columns(record: Record, *names: str) -> Record:
-    return make_record(
-        {"time_s": record.time_s, **{name: record.column(name) for name in ("command_v", *names)}}
-    )
-
-
 @given(
     samples=st.integers(100, 3000),
     length=st.integers(2, 400),
