@@ -62,7 +62,7 @@ def call(wrong: str, shown: str, kind: type[Exception] = ValueError) -> Case:
             return Outcome(kind.__name__, first + (" ..." if more else ""))
         return Outcome("nothing", "")
 
-    return Case(wrong, shown, outcome, kind.__name__, (), {})
+    return Case(wrong, shown, outcome, kind.__name__, {})
 
 
 CASES = (

@@ -37,9 +37,6 @@ class Case:
     """Gives it to ehsid; its files are in the current folder."""
     kind: str
     """`Outcome.kind` that is expected."""
-    says: tuple[str, ...]
-    """Parts that the message must have from every command that the case is given to: where the
-    error is, what was expected, the remedy. README.md has the whole message from one of them."""
     files: Mapping[str, Content]
     """Files that are in the folder before, by name."""
     library: str | None = None
@@ -81,7 +78,7 @@ def working_in(folder: Path) -> Iterator[None]:
 def command(
     wrong: str,
     line: str,
-    *says: str,
+    *,
     files: Mapping[str, Content] | None = None,
     environment: Mapping[str, str] | None = None,
     library: str | None = None,
@@ -95,7 +92,6 @@ def command(
         shown,
         lambda: _run(line, settings),
         "exit code 2",
-        says,
         files or {},
         library,
         writes,

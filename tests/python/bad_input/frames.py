@@ -46,7 +46,7 @@ def call(wrong: str, shown: str, kind: type[Exception], run: Callable[[], object
             return Outcome(type(error).__name__, str(error))
         return Outcome("nothing", "")
 
-    return Case(wrong, shown, outcome, kind.__name__, (), {})
+    return Case(wrong, shown, outcome, kind.__name__, {})
 
 
 def frame(wrong: str, content: bytes) -> Case:

@@ -15,5 +15,5 @@ def cases_of(table: Path, outcome: Callable[[str], Outcome]) -> tuple[Case, ...]
     for line in table.read_text(encoding="utf-8").splitlines():
         wrong, call, answer = line.split("\t")
         got = outcome(answer)
-        made.append(Case(wrong, call, lambda got=got: got, got.kind, (), {}))
+        made.append(Case(wrong, call, lambda got=got: got, got.kind, {}))
     return tuple(made)
