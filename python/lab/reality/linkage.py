@@ -17,7 +17,7 @@ import numpy as np
 from . import machine as equations
 from .effects import Effect, Sizes
 from .excitation import Task
-from .nominal_rig import LAG, NominalRig, four_digits, is_built, spread
+from .nominal_rig import NominalRig, Range, draw_drive, four_digits, is_built, spread, with_lag
 from .truth import Truth
 
 LINKAGE = "linkage"
@@ -36,6 +36,14 @@ LOADS = ("load_force", "load_spring")
 ALONG, AROUND, SLOW_SHARE = 0.3, 0.14, 0.3
 # Laws that the simulator lacks for such a machine: equation and variable.
 LAWS = (("force", "position_m"), ("mass", "position_m"))
+BOOMS = Range(
+    supply_pa=(14e6, 28e6),
+    natural_hz=(5.0, 25.0),
+    strokes_1_s=(0.3, 1.5),
+    dead=(0.08, 0.3),
+    damping=(0.05, 0.3),
+    rated_drops_pa=(3.5e6, 0.5e6),
+)
 
 
 def draw_linkage_rig(rng: np.random.Generator) -> NominalRig:
@@ -48,41 +56,8 @@ def draw_linkage_rig(rng: np.random.Generator) -> NominalRig:
         bore = round(spread(rng, 0.040, 0.140), 3)
         rod = round(bore * float(rng.uniform(0.5, 0.72)), 3)
         stroke = round(spread(rng, 0.3, 1.0), 2)
-        area_a = math.pi / 4.0 * bore**2
-        area_b = area_a - math.pi / 4.0 * rod**2
-        dead_a, dead_b = area_a * stroke * rng.uniform(0.08, 0.3, 2)
-        supply, tank = spread(rng, 14e6, 28e6), float(rng.choice([1.5e5, 2e5, 3e5]))
-        bulk = spread(rng, 0.75e9, 1.4e9)
-        volumes = dead_a + 0.5 * area_a * stroke, dead_b + 0.5 * area_b * stroke
-        stiffness = bulk * (area_a**2 / volumes[0] + area_b**2 / volumes[1])
-        natural = 2.0 * math.pi * spread(rng, 5.0, 25.0)
-        mass = stiffness / natural**2
-        viscous = 2.0 * spread(rng, 0.05, 0.3) * mass * natural
-        speed = stroke * spread(rng, 0.3, 1.5)
-        drop = 0.5 * (supply - tank)
-        rated_drop = float(rng.choice([3.5e6, 0.5e6]))
-        flow = speed * 0.5 * (area_a + area_b) * math.sqrt(rated_drop / drop)
-        values = four_digits(
-            {
-                "cylinder.bore_m": bore,
-                "cylinder.rod_m": rod,
-                "cylinder.stroke_m": stroke,
-                "cylinder.dead_volume_a_m3": dead_a,
-                "cylinder.dead_volume_b_m3": dead_b,
-                "load.mass_kg": mass,
-                "load.viscous_friction_n_s_m": viscous,
-                "valve.rated_flow_m3_s": flow,
-                "valve.rated_pressure_drop_pa": rated_drop,
-                "valve.rated_command_v": float(rng.choice([10.0, 10.0, 5.0])),
-                "supply.pressure_pa": supply,
-                "supply.tank_pressure_pa": tank,
-                "fluid.bulk_modulus_pa": bulk,
-            }
-        )
-        lag = (float(round(spread(rng, 30.0, 100.0))), round(float(rng.uniform(0.7, 1.0)), 2))
-        if rng.random() < 0.5:
-            values |= dict(zip(LAG, lag, strict=True))
-        rig = NominalRig("ehs", values, speed, supply * area_a, viscous / mass, stroke)
+        rig, natural = draw_drive(rng, BOOMS, bore, rod, stroke)
+        rig = with_lag(rng, rig, 30.0, 100.0)
         if is_built(rig, natural):
             return rig
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
@@ -61,30 +61,48 @@ def four_digits(values: Mapping[str, float]) -> dict[str, float]:
     return {name: float(f"{value:.4g}") for name, value in values.items()}
 
 
-def draw_nominal_rig(rng: np.random.Generator, plant: PlantKind) -> NominalRig:
-    """Draws the values in the rig file of a machine of this kind, of any size."""
-    return _draw_axis(rng) if plant == "axis" else _draw_servo(rng)
+@dataclass(frozen=True)
+class Range:
+    """Ends of what is drawn, SI; rates and damping ratios as told by `draw_wide_rig`."""
+
+    bore_m: tuple[float, float] = (0.020, 0.100)
+    stroke_m: tuple[float, float] = (0.08, 1.0)
+    supply_pa: tuple[float, float] = (7e6, 28e6)
+    natural_hz: tuple[float, float] = (15.0, 150.0)
+    strokes_1_s: tuple[float, float] = (0.3, 4.0)
+    rated_flow_m3_s: tuple[float, float] = (5.0 / 60e3, 250.0 / 60e3)  # 5 to 250 l/min
+    mass_kg: tuple[float, float] = (1.0, 2e4)
+    dead: tuple[float, float] = (0.08, 0.45)
+    """Dead volume of a side over the swept one of the cap side."""
+    damping: tuple[float, float] = (0.01, 0.3)
+    rated_drops_pa: tuple[float, ...] = (3.5e6, 7e6, 0.5e6)
+    rated_commands_v: tuple[float, ...] = (10.0, 10.0, 5.0)
 
 
-def _draw_servo(rng: np.random.Generator) -> NominalRig:
-    bore = round(spread(rng, 0.032, 0.125), 3)
-    rod = round(bore * rng.uniform(0.5, 0.72), 3)
-    stroke = round(max(bore * rng.uniform(3.0, 7.0), 0.12), 2)
+def draw_drive(
+    rng: np.random.Generator, of: Range, bore: float, rod: float, stroke: float
+) -> tuple[NominalRig, float]:
+    """Draws what a cylinder of this size drives, and its valve.
+
+    Returns
+    -------
+    the rig without the lag of its valve, and the frequency of the oil spring at mid-stroke, rad/s.
+    """
     area_a = math.pi / 4.0 * bore**2
     area_b = area_a - math.pi / 4.0 * rod**2
-    dead_a, dead_b = area_a * stroke * rng.uniform(0.13, 0.45, 2)
-    supply, tank = spread(rng, 8e6, 21e6), float(rng.choice([1.5e5, 2e5, 3e5]))
+    dead_a, dead_b = area_a * stroke * rng.uniform(*of.dead, 2)
+    supply, tank = spread(rng, *of.supply_pa), float(rng.choice([1.5e5, 2e5, 3e5]))
     bulk = spread(rng, 0.75e9, 1.4e9)
+    # k = B (A_a^2 / V_a + A_b^2 / V_b), at mid-stroke
     stiffness = bulk * (
         area_a**2 / (dead_a + 0.5 * area_a * stroke) + area_b**2 / (dead_b + 0.5 * area_b * stroke)
     )
-    natural = 2.0 * math.pi * spread(rng, 25.0, 110.0)
+    natural = 2.0 * math.pi * spread(rng, *of.natural_hz)
     mass = stiffness / natural**2
-    viscous = 2.0 * spread(rng, 0.008, 0.04) * mass * natural
-    speed = stroke * spread(rng, 0.6, 2.5)
+    viscous = 2.0 * spread(rng, *of.damping) * mass * natural
+    speed = stroke * spread(rng, *of.strokes_1_s)
     flow_gain = speed * 0.5 * (area_a + area_b) / math.sqrt(0.5 * (supply - tank))
-    rated_drop = float(rng.choice([3.5e6, 3.5e6, 0.5e6]))
-    rated_command = float(rng.choice([10.0, 10.0, 10.0, 5.0]))
+    rated_drop = float(rng.choice(of.rated_drops_pa))
     values = four_digits(
         {
             "cylinder.bore_m": bore,
@@ -96,17 +114,50 @@ def _draw_servo(rng: np.random.Generator) -> NominalRig:
             "load.viscous_friction_n_s_m": viscous,
             "valve.rated_flow_m3_s": flow_gain * math.sqrt(rated_drop),
             "valve.rated_pressure_drop_pa": rated_drop,
-            "valve.rated_command_v": rated_command,
+            "valve.rated_command_v": float(rng.choice(of.rated_commands_v)),
             "supply.pressure_pa": supply,
             "supply.tank_pressure_pa": tank,
             "fluid.bulk_modulus_pa": bulk,
         }
     )
+    return NominalRig("ehs", values, speed, supply * area_a, viscous / mass, stroke), natural
+
+
+def with_lag(
+    rng: np.random.Generator, rig: NominalRig, low_hz: float, high_hz: float
+) -> NominalRig:
+    """Returns the rig, in half of the cases with the lag of its valve, of a bandwidth between."""
+    lag = (float(round(spread(rng, low_hz, high_hz))), round(float(rng.uniform(0.7, 1.0)), 2))
+    if rng.random() < 0.5:
+        return replace(rig, values={**rig.values, **dict(zip(LAG, lag, strict=True))})
+    return rig
+
+
+def draw_nominal_rig(rng: np.random.Generator, plant: PlantKind) -> NominalRig:
+    """Draws the values in the rig file of a machine of this kind, of any size."""
+    return _draw_axis(rng) if plant == "axis" else _draw_servo(rng)
+
+
+# Ranges of `draw_nominal_rig`.
+PLAIN_RANGE = Range(
+    supply_pa=(8e6, 21e6),
+    natural_hz=(25.0, 110.0),
+    strokes_1_s=(0.6, 2.5),
+    dead=(0.13, 0.45),
+    damping=(0.008, 0.04),
+    rated_drops_pa=(3.5e6, 3.5e6, 0.5e6),
+    rated_commands_v=(10.0, 10.0, 10.0, 5.0),
+)
+
+
+def _draw_servo(rng: np.random.Generator) -> NominalRig:
+    bore = round(spread(rng, 0.032, 0.125), 3)
+    rod = round(bore * rng.uniform(0.5, 0.72), 3)
+    stroke = round(max(bore * rng.uniform(3.0, 7.0), 0.12), 2)
+    rig, _ = draw_drive(rng, PLAIN_RANGE, bore, rod, stroke)
     has_lag = rng.random() < 0.4
-    lag = dict(zip(LAG, (round(spread(rng, 50.0, 140.0)), 0.85), strict=True))
-    if has_lag:
-        values |= {name: float(value) for name, value in lag.items()}
-    return NominalRig("ehs", values, speed, supply * area_a, viscous / mass, stroke)
+    lag = dict(zip(LAG, (float(round(spread(rng, 50.0, 140.0))), 0.85), strict=True))
+    return replace(rig, values={**rig.values, **lag}) if has_lag else rig
 
 
 def _draw_axis(rng: np.random.Generator) -> NominalRig:
@@ -174,19 +225,6 @@ def _number(value: float) -> str:
     return text if any(mark in text for mark in ".e") else text + ".0"
 
 
-@dataclass(frozen=True)
-class Range:
-    """Ends of what is drawn, SI; rates and damping ratios as told by `draw_wide_rig`."""
-
-    bore_m: tuple[float, float] = (0.020, 0.100)
-    stroke_m: tuple[float, float] = (0.08, 1.0)
-    supply_pa: tuple[float, float] = (7e6, 28e6)
-    natural_hz: tuple[float, float] = (15.0, 150.0)
-    strokes_1_s: tuple[float, float] = (0.3, 4.0)
-    rated_flow_m3_s: tuple[float, float] = (5.0 / 60e3, 250.0 / 60e3)  # 5 to 250 l/min
-    mass_kg: tuple[float, float] = (1.0, 2e4)
-
-
 USUAL = Range()
 # Machines of the grade "field".
 FIELD_RANGE = Range(
@@ -230,42 +268,8 @@ def _draw(rng: np.random.Generator, of: Range) -> tuple[NominalRig, float]:
     ratio = 1.0 if is_double else float(rng.uniform(0.45, 0.9))
     rod = round(bore * math.sqrt(1.0 - ratio), 4)
     stroke = round(spread(rng, *of.stroke_m), 2)
-    area_a = math.pi / 4.0 * bore**2
-    area_b = area_a - math.pi / 4.0 * rod**2
-    dead_a, dead_b = area_a * stroke * rng.uniform(0.08, 0.45, 2)
-    supply, tank = spread(rng, *of.supply_pa), float(rng.choice([1.5e5, 2e5, 3e5]))
-    bulk = spread(rng, 0.75e9, 1.4e9)
-    # k = B (A_a^2 / V_a + A_b^2 / V_b), at mid-stroke
-    stiffness = bulk * (
-        area_a**2 / (dead_a + 0.5 * area_a * stroke) + area_b**2 / (dead_b + 0.5 * area_b * stroke)
-    )
-    natural = 2.0 * math.pi * spread(rng, *of.natural_hz)
-    mass = stiffness / natural**2
-    viscous = 2.0 * spread(rng, 0.01, 0.3) * mass * natural
-    speed = stroke * spread(rng, *of.strokes_1_s)
-    flow_gain = speed * 0.5 * (area_a + area_b) / math.sqrt(0.5 * (supply - tank))
-    rated_drop = float(rng.choice([3.5e6, 7e6, 0.5e6]))
-    values = four_digits(
-        {
-            "cylinder.bore_m": bore,
-            "cylinder.rod_m": rod,
-            "cylinder.stroke_m": stroke,
-            "cylinder.dead_volume_a_m3": dead_a,
-            "cylinder.dead_volume_b_m3": dead_b,
-            "load.mass_kg": mass,
-            "load.viscous_friction_n_s_m": viscous,
-            "valve.rated_flow_m3_s": flow_gain * math.sqrt(rated_drop),
-            "valve.rated_pressure_drop_pa": rated_drop,
-            "valve.rated_command_v": float(rng.choice([10.0, 10.0, 5.0])),
-            "supply.pressure_pa": supply,
-            "supply.tank_pressure_pa": tank,
-            "fluid.bulk_modulus_pa": bulk,
-        }
-    )
-    lag = (float(round(spread(rng, 50.0, 140.0))), round(float(rng.uniform(0.7, 1.0)), 2))
-    if rng.random() < 0.5:
-        values |= dict(zip(LAG, lag, strict=True))
-    return NominalRig("ehs", values, speed, supply * area_a, viscous / mass, stroke), natural
+    rig, natural_rad_s = draw_drive(rng, of, bore, rod, stroke)
+    return with_lag(rng, rig, 50.0, 140.0), natural_rad_s
 
 
 def is_built(rig: NominalRig, natural_rad_s: float, of: Range = USUAL) -> bool:
