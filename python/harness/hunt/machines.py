@@ -159,7 +159,9 @@ def machine_of(
         rig = read_rig(Path(source))
         if rig.simulator is not None:
             return ProgramMachine(rig, dt_s=dt_s)
-        has = [name for name in outputs if name in PLANT_OUTPUTS and _plant_has(rig, name)]
+        has = [
+            name for name in outputs if name in PLANT_OUTPUTS and rig.plant in CHANNELS[name].plants
+        ]
         return SimulatedMachine(rig, has, dt_s=dt_s, seed=seed)
     try:
         written = read_source(Path(place.where), place.name).outputs if place.is_file else None
@@ -172,7 +174,3 @@ def machine_of(
         outputs={name: Signal(name) for name in shown},
     )
     return ProgramMachine(Rig(place.name, "simulator", {}, simulator=section), dt_s=dt_s)
-
-
-def _plant_has(rig: Rig, output: str) -> bool:
-    return rig.plant in CHANNELS[output].plants

@@ -141,13 +141,10 @@ def _contradictions(path: str, section: Mapping[str, Any]) -> list[str]:
                 f"'{path}.knots[{i}]' = {knots[i]:g} after {knots[i - 1]:g}: expected knots that "
                 "rise"
             ]
-    if not math.isfinite(max(abs(value) for value in values) / min(_widths(knots))):
+    narrowest = min(float(b) - float(a) for a, b in itertools.pairwise(knots))
+    if not math.isfinite(max(abs(value) for value in values) / narrowest):
         return [f"'{path}': its slope is not finite: expected knots further apart"]
     return []
-
-
-def _widths(knots: list[float]) -> list[float]:
-    return [float(b) - float(a) for a, b in itertools.pairwise(knots)]
 
 
 # A value of the machine is within this many of its stated standard deviations: a fit moves it by no

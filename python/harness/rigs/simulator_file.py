@@ -23,12 +23,12 @@ from .simulator_section import (
     OUTPUTS,
     PORTS,
     PREFIX,
+    UNITS,
     Signal,
     SimulatorSection,
     SimulatorValue,
     full_name,
 )
-from .simulator_units import UNITS
 
 SECTION = "simulator"
 KEYS = ("fmu", "python", "step_s", "tolerance")

@@ -7,15 +7,14 @@ are told.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 from ..catalogue.channels import CHANNELS
 from ..catalogue.spellings import OTHER_SIGNALS
 from ..records.names import says, words
 from ..records.units import is_convertible, pint_unit
-from .simulator_section import COMMAND, OUTPUTS, PORTS
-from .simulator_units import UNITS
+from .simulator_section import COMMAND, OUTPUTS, PORTS, UNITS
 
 # Words of a quantity, and of where on the machine it is.
 _QUANTITIES = {
@@ -73,15 +72,12 @@ class Guess:
 
 def guess_signals(inputs: Sequence[Named], outputs: Sequence[Named]) -> dict[str, Guess]:
     """Returns a guess for each input, port and output, by contract name."""
+    of_outputs = _guessed(OUTPUTS, outputs, "position_m")
     return {
         **_guessed((COMMAND, *PORTS), inputs, COMMAND),
-        **_of_outputs(_guessed(OUTPUTS, outputs, "position_m")),
+        # Keys that do not meet those of the ports.
+        **{f"outputs.{name}": guess for name, guess in of_outputs.items()},
     }
-
-
-def _of_outputs(guesses: Mapping[str, Guess]) -> dict[str, Guess]:
-    """Returns the guesses by keys that do not meet those of the ports."""
-    return {f"outputs.{name}": guess for name, guess in guesses.items()}
 
 
 def _guessed(contracts: Iterable[str], variables: Sequence[Named], needed: str) -> dict[str, Guess]:

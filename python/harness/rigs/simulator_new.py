@@ -32,8 +32,7 @@ from .simulator_guess import (
     uncertain,
     unit_of,
 )
-from .simulator_section import COMMAND, OUTPUTS, PORTS
-from .simulator_units import UNITS
+from .simulator_section import COMMAND, OUTPUTS, PORTS, UNITS
 
 POSITION = "position_m"
 # Option of the command -> value of the rig file.
@@ -235,15 +234,12 @@ def _machine(
         elif full == "valve.rated_command_v":
             value, why = USUAL_COMMAND_V, "typical: at which the valve is fully open; check it"
         else:
-            lines.append(f"# {key} = {EXAMPLES[full]}  # fill in: {_of(full)}{NEEDED_FOR[full]}")
+            meaning = f"{plant_parameters()[full].meaning}, {NEEDED_FOR[full]}"
+            lines.append(f"# {key} = {EXAMPLES[full]}  # fill in: {meaning}")
             continue
         lines.append(_line(key, value, why))
         taken.append((full, f"{value:g}", why))
     return lines
-
-
-def _of(full: str) -> str:
-    return f"{plant_parameters()[full].meaning}, "
 
 
 def _signals(

@@ -29,6 +29,21 @@ OUTPUTS = (
     "supply_pressure_pa",
     "supply_flow_m3_s",
 )
+# SI unit by contract name.
+UNITS = MappingProxyType(
+    {
+        COMMAND: "V",
+        "force_n": "N",
+        "position_m": "m",
+        "velocity_m_s": "m/s",
+        "pressure_a_pa": "Pa",
+        "pressure_b_pa": "Pa",
+        "supply_pressure_pa": "Pa",
+        "supply_flow_m3_s": "m^3/s",
+        "flow_a_m3_s": "m^3/s",
+        "flow_b_m3_s": "m^3/s",
+    }
+)
 
 
 @dataclass(frozen=True)

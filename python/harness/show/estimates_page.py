@@ -89,8 +89,8 @@ def estimates_lead(found: Estimates) -> list[str]:
     """Returns the result in a few sentences."""
     count = len(found.records)
     sentences = [
-        f"{_number(count, 'record')} estimated: {_structure(found)}, {found.method}, "
-        f"{found.forgetting}."
+        f"{_number(count, 'record')} estimated: na = {found.na}, nb = {found.nb}, "
+        f"nk = {found.nk}, {found.method}, {found.forgetting}."
     ]
     files = list(dict.fromkeys(one.file for one in found.outliers))
     if files:
@@ -118,10 +118,6 @@ def estimates_lead(found: Estimates) -> list[str]:
 
 def _number(count: int, what: str) -> str:
     return f"{count} {what}{'' if count == 1 else 's'}"
-
-
-def _structure(found: Estimates) -> str:
-    return f"na = {found.na}, nb = {found.nb}, nk = {found.nk}"
 
 
 def estimates_page(found: Estimates) -> Page:

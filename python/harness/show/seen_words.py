@@ -21,11 +21,8 @@ DIGITS = 2
 def seen_size(name: str, size: float) -> str:
     """Returns a size, SI, of a parameter given by its full name, in the unit that is shown."""
     exact = plant_parameters()[name].neutral  # a gain of 1.02 is one that is wrong by 2 %
-    return quantity(exact + _rounded(size - exact), unit_of(name), DIGITS)
-
-
-def _rounded(size: float) -> float:
-    return float(f"{size:.{DIGITS}g}")
+    change = float(f"{size - exact:.{DIGITS}g}")
+    return quantity(exact + change, unit_of(name), DIGITS)
 
 
 def _power(one: CouldBeSeen) -> float:
