@@ -152,7 +152,7 @@ def test_bad_records_of_a_fleet_are_named_with_their_machines(tmp_path: Path) ->
     for i, record in enumerate(bad):
         (line,) = (line for line in said if f", m{i}: " in line)
         for part in shown(record).split("..."):  # words of a library, and of the command
-            assert re.sub(r"\\(.)", r"\1", part).strip() in " ".join(line.split()), line
+            assert re.sub(r"\\(.)", r"\1", part).strip(" .") in " ".join(line.split()), line
 
 
 @pytest.mark.thorough
