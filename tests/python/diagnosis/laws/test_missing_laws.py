@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from gap_cases import DT_S, OFF, PRESSURES, RIG, SUBSTEPS, command_of, over_the_stroke, record
 
-from ehsid.harness.diagnosis.deciding import EVIDENCE
+from ehsid.harness.diagnosis.deciding import EFFECT, EVIDENCE
 from ehsid.harness.diagnosis.laws.choosing import LAW, LawsFound, missing_laws
 from ehsid.harness.diagnosis.laws.fitting import with_one_law
 from ehsid.harness.diagnosis.model.case import Case, make_case
@@ -143,6 +143,18 @@ HEAVIER = RIG.values["load.mass_kg"] * (5.0 * AWAY + 24.0 * AWAY**2)
 LIFT = 1e4 * (PLACES - 0.05) + 6e4 * AWAY**2
 GROWING = TableLaw("mass", "position_m", tuple(PLACES.tolist()), tuple(HEAVIER.tolist()))
 LIFTED = TableLaw("force", "position_m", tuple(PLACES.tolist()), tuple(LIFT.tolist()))
+
+
+def test_a_mild_linkage_is_evidence_where_another_law_as_small_is_none() -> None:
+    mild = replace(GROWING, values=tuple(0.4 * value for value in GROWING.values))
+    case = make_case(RIG, *([over_the_stroke({"mass": mild}, seed)] for seed in (1, 2)))
+    calibrated, fine = calibrate(case), decision_case(case)
+    found = missing_laws(case, calibrated, calibrated)
+    assert found is not None
+    assert [law.law.adds_to for law in found.laws] == ["mass"]
+    gain = EVIDENCE * (left(fine, calibrated) - left(fine, found.candidate))
+    assert EFFECT < gain < LAW
+    assert found.hypotheses == (((), pytest.approx(gain - EFFECT)),)
 
 
 # Something of 60 N/mm that the rod touches at 170 mm.
