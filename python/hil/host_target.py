@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
-"""A target in this process, for who has no board: the controller and the estimator of the firmware.
+"""A target in this process, for users without a board: controller and estimator of the firmware.
 
-It does what examples/firmware/servo does with an estimator of an ARX model, without a line.
+It does what examples/firmware/servo does with an estimator of an ARX model, but needs no line.
 """
 
 from __future__ import annotations

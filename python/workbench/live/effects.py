@@ -18,7 +18,11 @@ from ..playground import FAR, STEPS
 
 # Each moves the estimate or the traces in its own way. A rig file can have any other.
 EFFECTS = (
-    *("valve_dead_band", "valve_lag", "internal_leakage", "coulomb_friction", "transport_delay"),
+    "valve_dead_band",
+    "valve_lag",
+    "internal_leakage",
+    "coulomb_friction",
+    "transport_delay",
 )
 
 

@@ -103,8 +103,8 @@ def _extremes(values: FloatArray, starts: npt.NDArray[np.int64]) -> FloatArray:
 def span(values: FloatArray) -> tuple[float, float]:
     """Returns the range of an axis for the course of an estimate, shape (m,).
 
-    After a vague start or a reset the first values are orders of magnitude too large, and intervals
-    may be as wide as they like: the values of the newer half decide.
+    After a vague start or a reset the first values are orders of magnitude too large, and an
+    interval may be very wide: only the values of the newer half decide.
     """
     newer = values[values.size // 2 :]
     known = newer[np.isfinite(newer)]

@@ -35,8 +35,6 @@ MOST_LAWS = 2
 LAW = 2.0 * EFFECT + math.log(sum(len(variables) for variables in MENU.values()))
 # That it is the cause costs as much again: tables follow a part of whatever is left.
 CAUSE = 2.0 * EFFECT
-# The laws of a linkage cost no more than an effect each: a mass over the position follows nothing
-# else. Beside the best sets of 23 machines with other causes it gained 0.6 nats at most.
 # A second law, or an effect, must matter beside the first: both follow whatever that one leaves.
 LEAST_OF_FIRST = 0.3
 # And it must remove this share of the gap: a law that removes nothing is not told.
@@ -164,7 +162,7 @@ def missing_laws(
         )
         forms.append(told.form)
     evidence = EVIDENCE * (_penalised(fine, calibrated) - _penalised(fine, candidate))
-    evidence -= 0.0 if is_linkage(candidate.laws) else CAUSE
+    evidence -= 0.0 if is_linkage(candidate.laws) else CAUSE  # see `_price`
     # Laws beside the effects of another chain are as much behind as that chain was, and without an
     # effect that was found beside them by what it gained.
     hypotheses = [(candidate.effects, evidence)]
@@ -330,7 +328,11 @@ def _penalised(case: Case, candidate: FittedCandidate) -> float:
 
 
 def _price(laws: Sequence[Law]) -> float:
-    """Prior cost of laws on the scale of what is left."""
+    """Prior cost of laws on the scale of what is left.
+
+    Those of a linkage cost as much as an effect each, because a mass over the position follows no
+    other cause: beside the best sets of 23 such machines it gained 0.6 nats at most.
+    """
     return len(laws) * (EFFECT if is_linkage(laws) else LAW) / EVIDENCE
 
 
