@@ -203,6 +203,20 @@ def _ros_values(k: int) -> dict[str, float]:
     return {"command": TRUTH["command_v"][k], "position": TRUTH["position_m"][k]}
 
 
+def _write_ros(writer: Any, store: Any, serialize: Callable[[Any, str], Any]) -> None:
+    """Both signals as messages of their own, with the time of the run."""
+    kind = store.types["std_msgs/msg/Float64"]
+    connections = {
+        name: writer.add_connection(f"/rig/{name}", kind.__msgtype__, typestore=store)
+        for name in ("command", "position")
+    }
+    for k in range(COUNT):
+        stamp = 1_700_000_000_000_000_000 + round(TIME_S[k] * 1e9)
+        for name, value in _ros_values(k).items():
+            raw = serialize(kind(data=float(value)), kind.__msgtype__)
+            writer.write(connections[name], stamp, bytes(raw))
+
+
 def write_ros1(path: Path) -> Path:
     """Write a bag of ROS 1 with JointState-like messages, by rosbags."""
     from rosbags.rosbag1 import Writer
@@ -210,17 +224,8 @@ def write_ros1(path: Path) -> Path:
 
     path = path / "run.bag"
     store = get_typestore(Stores.ROS1_NOETIC)
-    kind = store.types["std_msgs/msg/Float64"]
     with Writer(path) as writer:
-        connections = {
-            name: writer.add_connection(f"/rig/{name}", kind.__msgtype__, typestore=store)
-            for name in ("command", "position")
-        }
-        for k in range(COUNT):
-            stamp = 1_700_000_000_000_000_000 + round(TIME_S[k] * 1e9)
-            for name, value in _ros_values(k).items():
-                raw = store.serialize_ros1(kind(data=float(value)), kind.__msgtype__)
-                writer.write(connections[name], stamp, raw)
+        _write_ros(writer, store, store.serialize_ros1)
     return path
 
 
@@ -231,17 +236,8 @@ def write_ros2(path: Path) -> Path:
 
     path = path / "run_bag"
     store = get_typestore(Stores.ROS2_HUMBLE)
-    kind = store.types["std_msgs/msg/Float64"]
     with Writer(path, version=8, storage_plugin=StoragePlugin.SQLITE3) as writer:
-        connections = {
-            name: writer.add_connection(f"/rig/{name}", kind.__msgtype__, typestore=store)
-            for name in ("command", "position")
-        }
-        for k in range(COUNT):
-            stamp = 1_700_000_000_000_000_000 + round(TIME_S[k] * 1e9)
-            for name, value in _ros_values(k).items():
-                raw = store.serialize_cdr(kind(data=float(value)), kind.__msgtype__)
-                writer.write(connections[name], stamp, bytes(raw))
+        _write_ros(writer, store, store.serialize_cdr)
     return path
 
 

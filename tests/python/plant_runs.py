@@ -26,6 +26,23 @@ def vector(values: Mapping[str, float]) -> FloatArray:
     return np.array([[values[name] for name in NAMES]])
 
 
+def linear_servo(values: Mapping[str, float]) -> ehsid.ContinuousServo:
+    """Eqs. (1)-(5), of the linear plant."""
+    p = {name.removeprefix("linear."): value for name, value in values.items()}
+    return ehsid.continuous_servo(
+        ehsid.ServoParameters(
+            k_v=p["spool_gain_1_v"],
+            k_q=p["flow_gain_m3_s"],
+            k_c=p["flow_pressure_m3_s_pa"],
+            c_p=p["leakage_m3_s_pa"],
+            a_p=p["area_m2"],
+            v_t=p["volume_m3"],
+            beta_e=p["bulk_modulus_pa"],
+            m_t=p["mass_kg"],
+        )
+    )
+
+
 def simulate(
     values: Mapping[str, float], command: FloatArray, substeps: int, plant: str = "ehs"
 ) -> dict[str, FloatArray]:

@@ -58,19 +58,7 @@ def test_agrees_with_the_matrix_exponential_at_second_order(seed: int) -> None:
 def test_is_the_sampled_model_of_the_estimator() -> None:
     """Eq. (6): what the estimator would find is what the simulator does."""
     rig = read_rig(LINEAR)
-    p = {name.removeprefix("linear."): value for name, value in rig.values.items()}
-    servo = ehsid.continuous_servo(
-        ehsid.ServoParameters(
-            k_v=p["spool_gain_1_v"],
-            k_q=p["flow_gain_m3_s"],
-            k_c=p["flow_pressure_m3_s_pa"],
-            c_p=p["leakage_m3_s_pa"],
-            a_p=p["area_m2"],
-            v_t=p["volume_m3"],
-            beta_e=p["bulk_modulus_pa"],
-            m_t=p["mass_kg"],
-        )
-    )
+    servo = runs.linear_servo(rig.values)
     command = runs.steps(3, 400, 20, 4.0)
     theta = ehsid.discretise(servo, 1e-3)
     expected = lfilter([0.0, *theta[3:]], [1.0, *theta[:3]], command)

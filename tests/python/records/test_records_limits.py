@@ -17,8 +17,7 @@ from sources import ROOT
 
 from ehsid.harness.records import RecordError, errors, read_record
 from ehsid.harness.records.errors import BYTES, SAMPLES
-from ehsid.harness.rigs import read_rig
-from ehsid.harness.rigs.checks import RIG_BYTES, RigError
+from ehsid.harness.rigs.checks import RIG_BYTES
 
 NAMES = ("time_s", "command_v")
 COUNT = 2_000_000  # 16 MB of each array, a few kB compressed
@@ -149,18 +148,6 @@ def test_a_device_and_a_pipe_are_not_opened(ending: str, tmp_path: Path) -> None
     for path in (endless, pipe):
         with pytest.raises(RecordError, match="a device or a pipe, not a regular file"):
             read_record(path)
-
-
-def test_rig_files_have_limits_too(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    path = tmp_path / "rig.toml"
-    path.symlink_to("/dev/zero")
-    with pytest.raises(RigError, match="a device or a pipe"):
-        read_rig(path)
-    path.unlink()
-    path.write_text("#" * 3000)
-    monkeypatch.setenv("EHSID_MAX_RIG_BYTES", "2999")
-    with pytest.raises(RigError, match="more than 2999 bytes"):
-        read_rig(path)
 
 
 @pytest.mark.parametrize("value", ["0", "-1", "1e6", "", "many", "\u0661", "9" * 5000])

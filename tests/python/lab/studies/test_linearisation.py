@@ -7,6 +7,7 @@ from itertools import pairwise
 
 import control
 import numpy as np
+import plant_runs as runs
 import pytest
 from sources import ROOT
 
@@ -21,26 +22,9 @@ LINEAR = read_rig(RIGS / "linear.toml")
 BENCH = read_rig(RIGS / "bench.toml")
 
 
-def linear_servo() -> ehsid.ContinuousServo:
-    """Eqs. (1)-(5)."""
-    p = {name.removeprefix("linear."): value for name, value in LINEAR.values.items()}
-    return ehsid.continuous_servo(
-        ehsid.ServoParameters(
-            k_v=p["spool_gain_1_v"],
-            k_q=p["flow_gain_m3_s"],
-            k_c=p["flow_pressure_m3_s_pa"],
-            c_p=p["leakage_m3_s_pa"],
-            a_p=p["area_m2"],
-            v_t=p["volume_m3"],
-            beta_e=p["bulk_modulus_pa"],
-            m_t=p["mass_kg"],
-        )
-    )
-
-
 def sampled_linear(frequency_hz: np.ndarray, dt_s: float) -> np.ndarray:
     """Eq. (6), zero-order hold, evaluated by control."""
-    theta = ehsid.discretise(linear_servo(), dt_s)
+    theta = ehsid.discretise(runs.linear_servo(LINEAR.values), dt_s)
     system = control.tf(theta[3:], [1.0, *theta[:3]], dt_s)
     return np.asarray(system(np.exp(2j * np.pi * frequency_hz * dt_s)))
 
@@ -55,7 +39,7 @@ def test_a_linear_rig_gives_its_sampled_model(dt_s: float) -> None:
     error = relative(found, sampled_linear(found.frequency_hz, dt_s))
     # Leapfrog at h = dt / substeps moves the natural frequency by (w h)^2 / 24. That shifts the
     # resonance, whose half width is xi, and turns the ringing at the end of a sample by w dt.
-    servo = linear_servo()
+    servo = runs.linear_servo(LINEAR.values)
     substeps = 4 * ehsid.plant_substeps("linear", LINEAR.plant_values(), dt_s)
     moved = (servo.omega_n * dt_s / substeps) ** 2 / 24
     assert error.max() < moved * (1.0 / servo.xi + servo.omega_n * dt_s) + found.unsettled
