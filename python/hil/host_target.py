@@ -116,8 +116,9 @@ class _Loop:
         return min(max(wanted, self._gain - step), self._gain + step)
 
     def _velocity_gain(self, theta: tuple[float, ...]) -> float:
-        """Returns K of the integrating part of the model, m/(s V); 0 where it gives none."""
+        """Returns the steady velocity per volt of the model, m/(s V); 0 where it gives none."""
         na, nb = self._orders.na, self._orders.nb
+        # K = B(1) / (T C(1)) with A(x) = (1 - x) C(x), hence C(1) = -A'(1)
         steady = -sum((i + 1) * theta[i] for i in range(na))
         whole = sum(theta[na : na + nb])
         gain = whole / (self._settings.sample_time_s * steady) if steady else 0.0

@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 from estimating_target import EstimatingTarget
 from hil_target import FakeDevice
+from numpy.polynomial.polynomial import polydiv
 
 import ehsid
 from ehsid.harness.firmware.servo import ServoSettings
@@ -86,6 +87,17 @@ def test_its_fit_is_that_of_the_formula(tmp_path: Path) -> None:
     innovation = np.array([one.innovation_m for one in result.arx_results])[first:]
     wanted = 100.0 * (1.0 - np.sqrt(np.mean(innovation**2)) / np.std(result.position_m[first:]))
     assert result.arx_results[-1].fit_percent == pytest.approx(wanted, rel=1e-6)
+
+
+def test_its_velocity_gain_is_that_of_the_model_without_its_integrator(tmp_path: Path) -> None:
+    plan = plan_of()
+    result = run(plan, HostTarget(), tmp_path).arx_results[-1]
+    na, nb = THIRD_ORDER.na, THIRD_ORDER.nb
+    # A(x) = (1 - x) C(x), and K = B(1) / (T C(1))
+    without, _ = polydiv([1.0, *result.theta[:na]], [1.0, -1.0])
+    wanted = sum(result.theta[na : na + nb]) / (plan.dt_s * float(np.sum(without)))
+    assert wanted > 0.0
+    assert result.velocity_gain_m_s_v == pytest.approx(wanted, rel=1e-9)
 
 
 def test_a_servo_estimator_is_refused_in_words() -> None:
