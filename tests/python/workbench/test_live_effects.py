@@ -51,7 +51,7 @@ def test_a_slider_has_the_size_of_the_rig_and_keeps_the_limits(key: str, share: 
 
 
 def test_values_come_back_from_their_text() -> None:
-    values = sizes_of({OVERLAP: 0.05, LAG: 20.0, LEAK: 1e-11}, RIG)
+    values = sizes_of({OVERLAP: 0.0512345, LAG: 20.5, LEAK: 1.23456e-11}, RIG)
     assert parse_settings(effect_text(values).split()) == values
 
 
