@@ -58,7 +58,7 @@ def error_figure(outcomes: Mapping[str, Outcome], dt_s: float) -> Figure:
     # In the first dozen equations the error is many times the parameters. It is not shown.
     upper.set_ylim(0.8 * lowest, 200.0)
     upper.set_ylabel("parameter error in %")
-    upper.legend()
+    upper.legend(loc="upper right")  # it is free, because errors fall; a search for it is slow
     lower.set_ylabel("lambda")
     return figure
 
@@ -91,7 +91,7 @@ def change_figure(
             )
     axes.axvline(change * dt_s, color=GREY, linewidth=0.8)
     axes.set_ylabel("parameter error in %")
-    axes.legend(ncols=2)
+    axes.legend(loc="center right", ncols=2)
     return figure
 
 
