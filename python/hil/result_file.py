@@ -87,6 +87,19 @@ class CyclesFound:
 
 
 @dataclass(frozen=True)
+class MachineChange:
+    """A change of the simulated machine by the user during a run."""
+
+    before_sample: int
+    """Number of the sample before which the machine was changed."""
+    time_s: float
+    """Time of this sample, s."""
+    values: Mapping[str, float]
+    """All values in which the machine differs from its rig file from there on, by full name, such
+    as effects.valve_dead_band.overlap; none where it is as the file says."""
+
+
+@dataclass(frozen=True)
 class Control:
     """The controller of a run."""
 
@@ -150,6 +163,8 @@ class Run:
     """Numbers of the samples before which the user let the estimator begin anew."""
     cycles: CyclesFound | None
     """The cycles; null where all were regular."""
+    machine_changes: tuple[MachineChange, ...] = ()
+    """What the user changed of the simulated machine, in order; only the page Live can do it."""
 
 
 @dataclass(frozen=True)
@@ -261,4 +276,8 @@ def _run(name: str, run: RunResult, agreement: Agreement) -> Run:
         target_resets_before_samples=run.restarts,
         estimator_begun_before_samples=tuple(sorted(run.begun)),
         cycles=None if plan.cycles is None else _cycles(plan.cycles),
+        machine_changes=tuple(
+            MachineChange(sample, float(plan.times_s[sample]), dict(values))
+            for sample, values in sorted(run.machines.items())
+        ),
     )

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Mapping
 from dataclasses import replace
 from itertools import pairwise
@@ -15,6 +16,7 @@ from hil_target import FakeDevice
 from numpy.polynomial.polynomial import polydiv
 
 import ehsid
+from ehsid.harness.base.encoding import from_json, to_plain
 from ehsid.harness.firmware.servo import ServoSettings
 from ehsid.harness.rigs.new import published_rig
 from ehsid.harness.signals.simulation.run import OUTPUTS_OF
@@ -22,8 +24,10 @@ from ehsid.harness.signals.simulation.settings import SignalOptions
 from ehsid.hil.comparison import compare
 from ehsid.hil.faults import relayed
 from ehsid.hil.host_target import HostTarget
+from ehsid.hil.page import write_reports
 from ehsid.hil.plan import THIRD_ORDER, LoopRun, Plan
 from ehsid.hil.recording import Recording
+from ehsid.hil.result_file import HilFile, MachineChange, Provenance
 from ehsid.hil.run import RunResult, run_plan
 from ehsid.hil.session import Session
 from ehsid.hil.transport import open_line
@@ -126,3 +130,21 @@ def test_a_machine_changes_in_the_middle_of_its_motion(tmp_path: Path) -> None:
     assert changed.machines == {150: {OVERLAP: 0.1}}
     back = run(plan, HostTarget(), tmp_path / "back", {0: {OVERLAP: 0.1}, 1: {}})
     np.testing.assert_allclose(back.position_m, same, atol=5e-4)
+
+
+def test_the_file_tells_when_the_user_changed_the_machine_and_into_what(tmp_path: Path) -> None:
+    lag = {"effects.valve_lag.bandwidth_hz": 20.0, "effects.valve_lag.damping": 0.7}
+    target = HostTarget()
+    moved = run(plan_of(), target, tmp_path, {150: {OVERLAP: 0.1}, 200: lag, 250: {}})
+    provenance = Provenance("0.1.0", "published", None, {}, "this computer", "position", 0, 1.0)
+    runs = [("FRatio", moved, compare(moved))]
+    write_reports(tmp_path, target.hello(), runs, provenance)
+    file = from_json((tmp_path / "hil.json").read_bytes(), HilFile)
+    assert file.runs[0].machine_changes == (
+        MachineChange(150, 3.0, {OVERLAP: 0.1}),
+        MachineChange(200, 4.0, lag),
+        MachineChange(250, 5.0, {}),
+    )
+    before = to_plain(file)  # a file of an earlier version does not have the field
+    del before["runs"][0]["machine_changes"]
+    assert from_json(json.dumps(before).encode(), HilFile).runs[0].machine_changes == ()

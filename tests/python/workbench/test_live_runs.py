@@ -186,6 +186,11 @@ def test_without_hardware_an_effect_is_moved_while_the_run_goes_on(runs: LiveRun
     last = RingReader(folder / RING).newest(1)[0]
     assert last[COLUMNS.index("agrees")] == 1.0
     assert "the user changed the simulated machine" in (folder / "hil" / "hil.html").read_text()
+    (run,) = json.loads((folder / "hil" / "hil.json").read_text())["runs"]
+    (change,) = run["machine_changes"]
+    assert change["values"] == {OVERLAP: 0.06}
+    assert change["time_s"] == pytest.approx(change["before_sample"] * run["dt_s"])
+    assert 20 <= change["before_sample"] <= at
 
 
 @pytest.mark.thorough
