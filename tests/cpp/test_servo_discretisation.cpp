@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Zero-order hold against Eigen's matrix exponential; closed forms, limits and refusals are in
-// test_servo_model.cpp.
+// Zero-order hold against Eigen's matrix exponential; limits, refusals and what float adds are in
+// test_servo_model.cpp. In 120 digits it is checked by tests/python/core/test_servo_model.py.
 #include <ehsid/servo_discretisation.hpp>
 
 #include <gtest/gtest.h>
@@ -76,7 +76,7 @@ INSTANTIATE_TEST_SUITE_P(Servos, ZeroOrderHold,
                          testing::Values(Case{0.01, 0.1}, Case{0.1, 0.0}, Case{0.3, 1.0},
                                          Case{0.5, 0.05}, Case{1.0, 0.7}, Case{1.0, 1.0},
                                          Case{1.0, 4.0}, Case{3.0, 0.2}, Case{8.0, 0.3},
-                                         Case{0.2, 20.0}));
+                                         Case{0.2, 20.0}, Case{3.0, 0.0}, Case{5.0, 0.0}));
 
 TEST(SampledServo, NumeratorAndDenominatorHaveTheSameSumAtOne) {
   // Velocity gain K: b1 + b2 + b3 = Q(1) K dt. Sampled below half its period each b is positive.

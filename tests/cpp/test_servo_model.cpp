@@ -57,35 +57,6 @@ double gain_of(const Vector<double, 6>& theta) {
   return identify_servo<double>(theta, SquareMatrix<double, 6>::Zero(), kDt).gain;
 }
 
-/// Textbook form by poles and residues, in complex long double. K dt = 1; the poles must differ.
-Vector<long double, 6> closed_form(long double x, long double xi) {
-  using Complex = std::complex<long double>;
-  const Complex root = std::sqrt(Complex(xi * xi - 1.0L));
-  const Complex s1 = x * (-xi + root);
-  const Complex s2 = x * (-xi - root);
-  const Complex z1 = std::exp(s1);
-  const Complex z2 = std::exp(s2);
-  // y(t) of x^2 / (s^2 (s - s1)(s - s2)) at t = 0, 1, 2, 3 by partial fractions
-  const auto step = [&](int t) {
-    const auto time = static_cast<long double>(t);
-    return (time - 2.0L * xi / x +
-            x * x * (std::exp(s1 * time) / (s1 * s1) - std::exp(s2 * time) / (s2 * s2)) / (s1 - s2))
-        .real();
-  };
-  const long double q1 = -(z1 + z2).real();
-  const long double q2 = (z1 * z2).real();
-  Vector<long double, 6> theta;
-  theta << q1 - 1.0L, q2 - q1, -q2, 0.0L, 0.0L, 0.0L;
-  // B(z) = A(z) (1 - z^-1) Y(z)
-  const long double d1 = step(1);
-  const long double d2 = step(2) - step(1);
-  const long double d3 = step(3) - step(2);
-  theta[3] = d1;
-  theta[4] = d2 + theta[0] * d1;
-  theta[5] = d3 + theta[0] * d2 + theta[1] * d1;
-  return theta;
-}
-
 template <class Scalar>
 class ServoModel : public testing::Test {};
 using Scalars = testing::Types<float, double>;
@@ -144,60 +115,6 @@ TYPED_TEST(ServoModel, PhysicalParametersOutsideTheirRangeAreRefused) {
   EXPECT_EQ(ehsid::continuous_servo(tiny_mass, servo), Status::numerical_limit);
 }
 
-TYPED_TEST(ServoModel, DiscretisationAgreesWithPolesAndResidues) {
-  using Scalar = TypeParam;
-  // From 0.3 on the cancellation of the closed form stays below 1e4 units of long double.
-  for (const Scalar x : {Scalar(0.3), Scalar(0.8), Scalar(1.5), Scalar(2.5), Scalar(3.1)}) {
-    for (const Scalar xi : {Scalar(0.01), Scalar(0.2), Scalar(0.7), Scalar(1.3), Scalar(3)}) {
-      const auto theta = sampled(Scalar(1), x, xi, Scalar(1));
-      const auto exact = closed_form(static_cast<long double>(x), static_cast<long double>(xi));
-      // a: absolute, Q(1) up to 4 after up to seven doublings. b: relative; exp(-v) alone is
-      // conditioned with v = 2 xi x, and up to seven doublings add some four roundings each.
-      const double v = 2.0 * static_cast<double>(xi) * static_cast<double>(x);
-      const double unit = static_cast<double>(kEps<Scalar>);
-      const double slack = 1e4 * static_cast<double>(std::numeric_limits<long double>::epsilon());
-      for (int i = 0; i < 3; ++i) {
-        EXPECT_NEAR(static_cast<double>(theta[i]), static_cast<double>(exact[i]), 16.0 * unit);
-      }
-      for (int i = 3; i < 6; ++i) {
-        EXPECT_NEAR(static_cast<double>(theta[i]) / static_cast<double>(exact[i]), 1.0,
-                    (32.0 + v) * unit + slack / static_cast<double>(exact[i]))
-            << "x " << x << " xi " << xi << " b" << i - 2;
-      }
-    }
-  }
-}
-
-TYPED_TEST(ServoModel, UndampedServoHasTheClosedFormOfASine) {
-  using Scalar = TypeParam;
-  for (const double x : {0.2, 1.0, 2.0, 3.0, 5.0}) {
-    const auto theta = sampled(Scalar(2), Scalar(x), Scalar(0), Scalar(1));
-    const double xs = static_cast<double>(Scalar(x));
-    const double b1 = 2.0 * (1.0 - std::sin(xs) / xs);
-    const double tolerance = 64.0 * static_cast<double>(kEps<Scalar>);
-    EXPECT_NEAR(static_cast<double>(theta[0]), -1.0 - 2.0 * std::cos(xs), tolerance);
-    EXPECT_EQ(theta[2], Scalar(-1));
-    EXPECT_NEAR(static_cast<double>(theta[3]), b1, tolerance * b1);
-    EXPECT_NEAR(static_cast<double>(theta[5]), b1, tolerance * b1);
-    EXPECT_NEAR(static_cast<double>(theta[4]), 4.0 * (1.0 - std::cos(xs)) - 2.0 * b1,
-                4.0 * tolerance);
-  }
-}
-
-TYPED_TEST(ServoModel, FastSamplingTendsToTheTripleIntegrator) {
-  using Scalar = TypeParam;
-  // b / (K dt x^2) -> (1, 4, 1)/6, the numerator of 1/s^3. First-order term: v (-1/24, -8/24,
-  // -3/24) in size, so within v/3 + rounding.
-  const Scalar x = Scalar(1e-6);
-  for (const Scalar xi : {Scalar(0.01), Scalar(1), Scalar(3)}) {
-    const auto theta = sampled(Scalar(1), x, xi, Scalar(1));
-    const Scalar tolerance = Scalar(16) * kEps<Scalar> + Scalar(2) * xi * x;
-    EXPECT_NEAR(theta[3] / (x * x) * Scalar(6), Scalar(1), tolerance);
-    EXPECT_NEAR(theta[4] / (x * x) * Scalar(6), Scalar(4), tolerance * Scalar(4));
-    EXPECT_NEAR(theta[5] / (x * x) * Scalar(6), Scalar(1), tolerance);
-  }
-}
-
 TYPED_TEST(ServoModel, DiscretiseRefusesAndKeepsTheta) {
   using Scalar = TypeParam;
   const Scalar nan = std::numeric_limits<Scalar>::quiet_NaN();
@@ -233,16 +150,17 @@ TYPED_TEST(ServoModel, DiscretiseRefusesAndKeepsTheta) {
 
 TEST(ServoModelPrecision, FloatFollowsDouble) {
   std::mt19937 random(7);
-  std::uniform_real_distribution<double> log_x(std::log(1e-3), std::log(3.0));
+  std::uniform_real_distribution<double> log_x(std::log(2e-6), std::log(3.0));
   std::uniform_real_distribution<double> log_xi(std::log(0.01), std::log(3.0));
   for (int i = 0; i < 500; ++i) {
     const auto x = static_cast<float>(std::exp(log_x(random)));
-    const auto xi = static_cast<float>(std::exp(log_xi(random)));
+    const auto xi = i % 10 == 0 ? 0.0F : static_cast<float>(std::exp(log_xi(random)));
     const auto single = sampled(1.0F, x, xi, 1.0F);
     const auto twice = sampled(1.0, static_cast<double>(x), static_cast<double>(xi), 1.0);
     const double v = 2.0 * static_cast<double>(x * xi);
     for (int j = 0; j < 6; ++j) {
-      // as in DiscretisationAgreesWithPolesAndResidues
+      // a: absolute, Q(1) up to 4 after up to seven doublings. b: relative; exp(-v) alone is
+      // conditioned with v = 2 xi x, and up to seven doublings add some four roundings each.
       const double scale = j < 3 ? 16.0 : (32.0 + v) * twice[j];
       EXPECT_NEAR(static_cast<double>(single[j]), twice[j],
                   scale * static_cast<double>(kEps<float>));
@@ -300,44 +218,6 @@ TYPED_TEST(ServoModel, LogarithmAndAngleMatchTheLibrary) {
   }
 }
 
-TYPED_TEST(ServoModel, CubicIsSplitWithSmallBackwardError) {
-  using Scalar = TypeParam;
-  std::mt19937 random(11);
-  std::uniform_real_distribution<double> uniform(-1.0, 1.0);
-  for (int i = 0; i < 3000; ++i) {
-    // roots of all sizes from 1e-3 to 1e2, every third time a complex pair, sometimes coincident
-    const auto draw = [&] { return uniform(random) * std::pow(10.0, 2.5 * uniform(random) - 0.5); };
-    double r = draw();
-    const double s = i % 5 == 0 ? r : draw();
-    const double t = i % 7 == 0 ? s : draw();
-    const bool pair = i % 3 == 0;
-    const double b = pair ? -2.0 * s : -(s + t);
-    const double c = pair ? s * s + t * t : s * t;
-    const auto c2 = static_cast<Scalar>(b - r);
-    const auto c1 = static_cast<Scalar>(c - r * b);
-    const auto c0 = static_cast<Scalar>(-r * c);
-    const auto f = ehsid::split_cubic(c2, c1, c0);
-    // The root: residual no larger than the rounding of a few evaluations there.
-    const double x = static_cast<double>(f.root);
-    const double d2 = static_cast<double>(c2);
-    const double d1 = static_cast<double>(c1);
-    const double d0 = static_cast<double>(c0);
-    const double residual = ((x + d2) * x + d1) * x + d0;
-    const double size =
-        std::abs(x * x * x) + std::abs(d2 * x * x) + std::abs(d1 * x) + std::abs(d0);
-    EXPECT_LE(std::abs(residual), 8.0 * static_cast<double>(kEps<Scalar>) * size) << "case " << i;
-    // Of the real roots of the factors it is the nearest to zero (up to the spread of a double
-    // root).
-    if (f.discriminant >= Scalar(0)) {
-      const double half = static_cast<double>(f.b) / 2;
-      const double root = std::sqrt(static_cast<double>(f.discriminant));
-      const double nearest = std::min(std::abs(half - root), std::abs(half + root));
-      const double spread = 8.0 * std::sqrt(static_cast<double>(kEps<Scalar>));
-      EXPECT_LE(std::abs(x), nearest + spread * (std::abs(half) + std::abs(x))) << "case " << i;
-    }
-  }
-}
-
 /// Error against the model's own statement: its deviation without covariance is the rounding of
 /// theta (one unit each, where half a unit is the worst), so four deviations hold six roundings
 /// added up and those of the forward model. Where theta is well conditioned the arithmetic itself
@@ -378,22 +258,6 @@ TEST(ServoModelPrecision, FloatSaysWhenItsRoundingHidesThePoles) {
   const auto reading = identify_servo<float>(theta, no_covariance<float>(), 0.05F);
   EXPECT_NE(reading.status, ServoReadingStatus::ok);
   EXPECT_TRUE(std::isnan(reading.omega_n));
-}
-
-TEST(ServoModelReading, PublishedModel16) {
-  // Model (16) of the paper, 50 ms. Independent figures: numpy roots and log.
-  // Poles 0.999010711, 0.619994644 +- 0.398552460j.
-  Vector<double, 6> theta;
-  theta << -2.2390, 1.7820, -0.5427, 0.3850, -0.5810, 0.2954;
-  const auto reading = identify_servo<double>(theta, no_covariance<double>(), kDt);
-  ASSERT_EQ(reading.status, ServoReadingStatus::ok);
-  EXPECT_NEAR(reading.omega_n, 12.953686170452928, 1e-11);
-  EXPECT_NEAR(reading.xi, 0.4710696332635546, 1e-12);
-  EXPECT_NEAR(reading.integrator_pole, 0.9990107111290785, 1e-12);
-  // |1 - z|^2 of the pair = 0.380005356^2 + 0.398552460^2; K = 0.0994 / (0.05 * that)
-  EXPECT_NEAR(reading.gain, 6.5557, 1e-4);
-  // Its b alternate in sign, those of a sampled servo do not: it is not the zero-order hold of (5).
-  EXPECT_GT(reading.zoh_mismatch, 1.0);
 }
 
 TEST(ServoModelReading, DeltaMethodAgreesWithFiniteDifferences) {

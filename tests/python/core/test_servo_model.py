@@ -1,12 +1,11 @@
 # SPDX-License-Identifier: MIT
-"""The servo model: against scipy, python-control, exact decimals, numpy roots and Monte Carlo."""
+"""The servo model: against scipy, exact decimals, numpy roots and Monte Carlo."""
 
 from __future__ import annotations
 
 from decimal import Decimal, localcontext
 from typing import Any
 
-import control
 import numpy as np
 import numpy.typing as npt
 import pytest
@@ -36,7 +35,7 @@ RIG = {
 }
 
 dampings = st.floats(0.01, 3.0)
-phases = st.floats(-3.0, float(np.log10(3.0))).map(lambda e: float(10.0**e))
+phases = st.floats(-5.9, float(np.log10(3.0))).map(lambda e: float(10.0**e))
 
 
 def servo(gain: float, omega_n: float, xi: float) -> ehsid.ContinuousServo:
@@ -46,10 +45,6 @@ def servo(gain: float, omega_n: float, xi: float) -> ehsid.ContinuousServo:
 def unit_theta(x: float, xi: float) -> Array:
     """Theta for K = 1, dt = 1 and omega_n dt = x."""
     return np.asarray(ehsid.discretise(servo(1.0, x, xi), 1.0))
-
-
-def transfer_function(x: float, xi: float) -> tuple[list[float], list[float]]:
-    return [x * x], [1.0, 2.0 * xi * x, x * x, 0.0]
 
 
 def exact_theta(x: float, xi: float) -> Array:
@@ -122,21 +117,6 @@ def test_physical_parameters_agree_with_the_state_space_of_equations_1_to_4(dt_s
     np.testing.assert_allclose(theta[3:], numerator[0, 1:], atol=1e-11)
 
 
-@pytest.mark.parametrize("xi", [0.01, 0.3, 1.0, 1.7, 3.0])
-@pytest.mark.parametrize("x", [1e-3, 0.03, 0.5, 1.5, 3.1])
-def test_discretisation_agrees_with_scipy_and_python_control(x: float, xi: float) -> None:
-    theta = unit_theta(x, xi)
-    numerator, denominator, _ = scipy.signal.cont2discrete(
-        transfer_function(x, xi), 1.0, method="zoh"
-    )
-    # Both references go through eigenvalues of the transition matrix, entries up to about 20.
-    np.testing.assert_allclose(theta[:3], denominator[1:], atol=1e-12)
-    np.testing.assert_allclose(theta[3:], numerator[0, 1:], atol=1e-12)
-    discrete = control.c2d(control.tf(*transfer_function(x, xi)), 1.0, method="zoh")
-    np.testing.assert_allclose(theta[:3], discrete.den[0][0][1:], atol=1e-12)
-    np.testing.assert_allclose(theta[3:], discrete.num[0][0][-3:], atol=1e-12)
-
-
 @given(x=phases, xi=dampings)
 def test_discretisation_is_exact_to_rounding(x: float, xi: float) -> None:
     theta, exact = unit_theta(x, xi), exact_theta(x, xi)
@@ -144,24 +124,6 @@ def test_discretisation_is_exact_to_rounding(x: float, xi: float) -> None:
     # alone is conditioned with v, and up to seven doublings add some four roundings each.
     np.testing.assert_allclose(theta[:3], exact[:3], rtol=0.0, atol=16.0 * EPS)
     np.testing.assert_allclose(theta[3:], exact[3:], rtol=(32.0 + 2.0 * xi * x) * EPS)
-
-
-@given(x=phases, xi=dampings, gain=st.sampled_from([-7.0, -0.01, 0.03, 5.0]))
-def test_the_sampled_model_has_the_integrator_and_the_velocity_gain(
-    x: float, xi: float, gain: float
-) -> None:
-    theta = ehsid.discretise(servo(gain, x / DT, xi), DT)
-    assert abs(1.0 + np.sum(theta[:3])) <= 16.0 * EPS
-    # Constant input: increments settle at K dt a sample, b sum / Q(1) with Q(1) = 3 + 2 a1 + a2.
-    q_at_one = 3.0 + 2.0 * theta[0] + theta[1]
-    slack = 32.0 * EPS * abs(gain) * DT
-    assert abs(np.sum(theta[3:]) - gain * DT * q_at_one) <= slack
-
-
-@given(x=phases, xi=dampings)
-def test_no_coefficient_of_a_sampled_servo_changes_sign(x: float, xi: float) -> None:
-    # What tells model (16) apart: sampled faster than half its period, every b has the sign of K.
-    assert np.all(unit_theta(x, xi)[3:] > 0.0)
 
 
 @pytest.mark.parametrize(
@@ -215,20 +177,6 @@ def test_model_16_reads_as_numpy_reads_it() -> None:
     assert reading.zoh_mismatch == pytest.approx(1.049, abs=5e-4)
 
 
-@given(x=phases, xi=dampings, gain=st.floats(1e-3, 1e3), dt_s=st.floats(1e-5, 1.0))
-def test_round_trip(x: float, xi: float, gain: float, dt_s: float) -> None:
-    reading = ehsid.identify_servo(
-        ehsid.discretise(servo(gain, x / dt_s, xi), dt_s), NO_COVARIANCE, dt_s
-    )
-    assert reading.status == ehsid.ServoReadingStatus.ok
-    # Without covariance the deviations are one rounding of theta; half a one is the worst in each
-    # of six numbers, the forward model adds as much. Then the arithmetic, conditioned with 1 + v.
-    own = 32.0 * EPS * (1.0 + 2.0 * xi * x)
-    assert abs(reading.gain - gain) <= 4.0 * reading.gain_std + own * gain
-    assert abs(reading.omega_n * dt_s - x) <= 4.0 * reading.omega_n_std * dt_s + own * x
-    assert abs(reading.xi - xi) <= 4.0 * reading.xi_std + own * (1.0 + xi)
-
-
 @given(
     p=st.floats(0.995, 1.005),
     radius=st.floats(0.1, 0.95),
@@ -251,17 +199,6 @@ def test_any_readable_theta_reads_as_numpy_reads_it(
     assert reading.xi == pytest.approx(xi, abs=1e-11)
     assert reading.gain == pytest.approx(gain, rel=1e-11, abs=1e-11)
     assert reading.integrator_pole == pytest.approx(p, abs=1e-12)
-
-
-def test_overdamped_poles_are_the_real_ones() -> None:
-    # s = -4 and -90 rad/s: omega_n^2 = 360, 2 xi omega_n = 94
-    theta = ehsid.discretise(servo(0.3, np.sqrt(360.0), 94.0 / (2.0 * np.sqrt(360.0))), DT)
-    np.testing.assert_allclose(
-        np.sort(np.roots([1.0, *theta[:3]])), np.exp([-90.0 * DT, -4.0 * DT, 0.0]), rtol=1e-12
-    )
-    reading = ehsid.identify_servo(theta, NO_COVARIANCE, DT)
-    s = np.roots([1.0, 2.0 * reading.xi * reading.omega_n, reading.omega_n**2])
-    np.testing.assert_allclose(np.sort(s), [-90.0, -4.0], rtol=1e-11)
 
 
 @pytest.mark.parametrize(("omega_n", "xi"), [(20.0, 0.4), (12.0, 1.0), (10.0, 1.6)])
@@ -290,36 +227,6 @@ def test_intervals_cover_and_mismatch_is_chi_squared(omega_n: float, xi: float) 
     distance = np.einsum("ni,ij,nj->n", errors, np.linalg.inv(at_truth), errors)
     assert scipy.stats.kstest(distance, scipy.stats.chi2(3).cdf).pvalue > 1e-3
     chi2 = np.array([r.zoh_mismatch_chi2 for r in readings])
-    assert scipy.stats.kstest(chi2, scipy.stats.chi2(2).cdf).pvalue > 1e-3
-
-
-def test_intervals_cover_for_least_squares_estimates() -> None:
-    rng = np.random.default_rng(8)
-    truth = np.array([0.05, 20.0, 0.4])
-    theta = ehsid.discretise(servo(*truth), DT)
-    denominator, numerator = np.array([1.0, *theta[:3]]), np.array([0.0, *theta[3:]])
-    count, samples, noise = 400, 1500, 2e-5
-    errors, deviations, chi2 = np.empty((count, 3)), np.empty((count, 3)), np.empty(count)
-    for i in range(count):
-        u = rng.choice([-1.0, 1.0], samples)
-        e = noise * rng.standard_normal(samples)
-        y = scipy.signal.lfilter(numerator, denominator, u) + scipy.signal.lfilter(
-            [1.0], denominator, e
-        )
-        phi = np.column_stack(
-            [-y[2:-1], -y[1:-2], -y[:-3], u[2:-1], u[1:-2], u[:-3]]  # Eq. (8)
-        )
-        estimate, residual, _, _ = np.linalg.lstsq(phi, y[3:], rcond=None)
-        covariance = np.linalg.inv(phi.T @ phi) * residual[0] / (len(phi) - 6)
-        reading = ehsid.identify_servo(estimate, covariance, DT)
-        assert reading.status == ehsid.ServoReadingStatus.ok, reading.description
-        errors[i] = np.array([reading.gain, reading.omega_n, reading.xi]) - truth
-        deviations[i] = [reading.gain_std, reading.omega_n_std, reading.xi_std]
-        chi2[i] = reading.zoh_mismatch_chi2
-    # Binomial at 400 records: 0.011, four of them.
-    np.testing.assert_allclose(
-        within(errors, deviations), 0.95, atol=4.0 * np.sqrt(0.95 * 0.05 / count)
-    )
     assert scipy.stats.kstest(chi2, scipy.stats.chi2(2).cdf).pvalue > 1e-3
 
 
@@ -466,13 +373,6 @@ def test_servos_below_half_the_sampling_rate_are_not_called_aliased(noise: float
         reading = ehsid.identify_servo(theta, covariance, 1.0)
         angle = np.abs(np.angle(np.roots(np.concatenate(([1.0], theta[:3]))))).max()
         assert reading.status.name != "aliasing" or angle > 2.8
-
-
-def test_a_numerator_of_no_servo_is_not_called_aliased() -> None:
-    """Model (16): its b is none of a servo, below or above half the sampling rate."""
-    reading = ehsid.identify_servo(MODEL_16, NO_COVARIANCE, DT)
-    assert reading.status.name == "ok"
-    assert reading.zoh_mismatch > 1.0
 
 
 def after(samples: int, sensor_noise: float = 0.0, **settings: Any) -> ehsid.ArxEstimator:
