@@ -91,56 +91,21 @@ VARIED = [
     "nuisance.presliding_m",
     "nuisance.sliding_onset_m_s",
     "initial.position_m",
-    "effects.transport_delay.delay_s",
-    "effects.valve_hysteresis.half_width",
-    "effects.spool_stiction.threshold",
-    "effects.spool_stiction.rest_s",
-    "effects.valve_null_bias.offset",
-    "effects.valve_flow_saturation.limit",
-    "effects.valve_dead_band.overlap",
-    "effects.valve_dead_band_sides.overlap_a",
-    "effects.valve_dead_band_sides.overlap_b",
-    "effects.flow_gain_drift.rate_1_s",
-    "effects.internal_leakage.coefficient_m3_s_pa",
-    "effects.external_leakage.coefficient_b_m3_s_pa",
-    "effects.relief_valve.pressure_pa",
-    "effects.relief_valve.flow_gain_m3_s_pa",
-    "effects.makeup_check.pressure_pa",
-    "effects.makeup_check.flow_gain_m3_s_pa",
-    "effects.entrained_air.volume_fraction",
-    "effects.supply_droop.source_resistance_pa_s_m3",
-    "effects.line_resonance.frequency_hz",
-    "effects.line_resonance.damping",
-    "effects.line_resonance.volume_m3",
-    "effects.coulomb_friction.force_n",
-    "effects.coulomb_friction_sides.force_extending_n",
-    "effects.coulomb_friction_sides.force_retracting_n",
-    "effects.position_friction.force_n",
-    "effects.position_friction.rise_n_m",
-    "effects.load_spring.stiffness_n_m",
-    "effects.flexible_load.mass_share",
-    "effects.flexible_load.frequency_hz",
-    "effects.flexible_load.damping",
-    "effects.sensor_lag.time_constant_s",
-    "effects.sensor_backlash.half_width_m",
-    "effects.sensor_nonlinearity.amplitude_m",
-    "effects.sensor_nonlinearity.period_m",
-    "effects.counterbalance_valve.pressure_pa",
-    "effects.counterbalance_valve.pilot_ratio",
-    "effects.contact_spring.position_m",
-    "effects.contact_spring.stiffness_n_m",
-    "effects.position_sensor_delay.delay_s",
-    "effects.pressure_sensor_gain.gain_a",
-    "effects.pressure_sensor_gain.gain_b",
-    "effects.pressure_sensor_offset.offset_a_pa",
-    "effects.pressure_sensor_lag.time_constant_s",
+    # A reading in steps has no slopes.
+    *(
+        f"effects.{effect.id}.{parameter.name}"
+        for effect in EFFECTS.values()
+        if effect.id != "sensor_quantisation"
+        for parameter in effect.parameters
+    ),
 ]
 # Outputs that the effect of a sensor changes: nothing but its own readings.
 READINGS = {
     "position_sensor_delay": [0],
     "pressure_sensor_gain.gain_a": [2],
     "pressure_sensor_gain.gain_b": [3],
-    "pressure_sensor_offset": [2],
+    "pressure_sensor_offset.offset_a_pa": [2],
+    "pressure_sensor_offset.offset_b_pa": [3],
     "pressure_sensor_lag": [2, 3],
     ".sensor_": [0],
 }
@@ -148,7 +113,15 @@ READINGS = {
 
 # Of seals that slide, from a speed that the rod has for a while at each reversal.
 SEALS = {"effects.coulomb_friction.force_n": 400.0, "nuisance.sliding_onset_m_s": 1e-3}
-NEEDS = {"nuisance.presliding_m": SEALS, "nuisance.sliding_onset_m_s": SEALS}
+AT_MID_STROKE = "effects.load_spring.force_at_mid_stroke_n"
+NEEDS = {
+    "nuisance.presliding_m": SEALS,
+    "nuisance.sliding_onset_m_s": SEALS,
+    # Typically zero, and a share of its largest size, which is that of a press, is no small step.
+    "effects.load_spring.force_at_mid_stroke_n": {
+        "effects.load_spring.force_at_mid_stroke_n": 300.0
+    },
+}
 
 
 def test_watched_outputs_have_the_sensitivities_of_all() -> None:
