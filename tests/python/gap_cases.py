@@ -8,12 +8,13 @@ from dataclasses import replace
 
 import numpy as np
 import numpy.typing as npt
+from servo_records import BENCH
 from sources import ROOT
 
 import ehsid
 from ehsid.harness.diagnosis.model.case import Case, make_case
 from ehsid.harness.records import Record, make_record
-from ehsid.harness.rigs import Rig, read_rig
+from ehsid.harness.rigs import Rig
 from ehsid.harness.rigs.rig import TableLaw
 from ehsid.harness.signals.excitation import multisine, triangle
 from ehsid.harness.signals.simulation import draw_noise, simulate
@@ -26,9 +27,6 @@ DT_S = 2e-3
 SUBSTEPS = 16
 PRESSURES = ("position_m", "pressure_a_pa", "pressure_b_pa")
 NOISE = {"position_noise_m": 5e-6, "pressure_a_noise_pa": 1e4, "pressure_b_noise_pa": 1e4}
-BENCH = read_rig(RIGS / "bench.toml").with_values(
-    {"effects.valve_lag.bandwidth_hz": 0.0, "effects.valve_lag.damping": 0.0}
-)
 RIG = Rig("bench", "ehs", BENCH.values, sensors=NOISE)
 # Within the uncertainty that the rig tells, as any real one is.
 OFF = {"fluid.bulk_modulus_pa": 0.9e9, "load.viscous_friction_n_s_m": 1100.0}
@@ -41,6 +39,21 @@ def command_of(seconds: float, dt_s: float, rng: np.random.Generator) -> FloatAr
     return np.concatenate([fast, triangle(half, dt_s, amplitude=0.8, period_s=1.0)])
 
 
+def measured(
+    rig: Rig,
+    command: FloatArray,
+    rng: np.random.Generator,
+    values: Mapping[str, float],
+    names: tuple[str, ...] = PRESSURES,
+    dt_s: float = DT_S,
+) -> Record:
+    """The rig with these values, with the noise of its sensors."""
+    noise = draw_noise(rig, command.size, rng)
+    run = simulate(rig, command, dt_s=dt_s, values=dict(values), substeps=SUBSTEPS, noise=noise)
+    columns = {name: run.record.column(name) for name in ("command_v", *names)}
+    return make_record({"time_s": run.record.time_s, **columns})
+
+
 def record(
     values: Mapping[str, float],
     seed: int,
@@ -49,19 +62,8 @@ def record(
     seconds: float = 4.0,
     dt_s: float = DT_S,
 ) -> Record:
-    """The rig with these values, with the noise of its sensors."""
     rng = np.random.default_rng(seed)
-    command = command_of(seconds, dt_s, rng)
-    run = simulate(
-        RIG,
-        command,
-        dt_s=dt_s,
-        values=dict(values),
-        substeps=SUBSTEPS,
-        noise=draw_noise(RIG, command.size, rng),
-    ).record
-    columns = {name: run.column(name) for name in ("command_v", *names)}
-    return make_record({"time_s": run.time_s, **columns})
+    return measured(RIG, command_of(seconds, dt_s, rng), rng, values, names, dt_s)
 
 
 def over_the_stroke(
@@ -74,11 +76,7 @@ def over_the_stroke(
     rng = np.random.default_rng(seed)
     command = command_of(seconds, DT_S, rng)
     command += 4.0 * np.cos(np.pi * DT_S * np.arange(command.size))
-    rig, values = replace(RIG, tables=tables), {**OFF, **(values or {})}
-    noise = draw_noise(rig, command.size, rng)
-    run = simulate(rig, command, dt_s=DT_S, values=values, substeps=SUBSTEPS, noise=noise).record
-    columns = {name: run.column(name) for name in ("command_v", *PRESSURES)}
-    return make_record({"time_s": run.time_s, **columns})
+    return measured(replace(RIG, tables=tables), command, rng, {**OFF, **(values or {})})
 
 
 def case_of(

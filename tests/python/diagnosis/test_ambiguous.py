@@ -8,20 +8,12 @@ from collections.abc import Mapping
 import numpy as np
 import numpy.typing as npt
 import pytest
-from sources import ROOT
+from gap_cases import BENCH, DT_S, measured
 
 from ehsid.harness.diagnosis import diagnose
-from ehsid.harness.records import Record, make_record
-from ehsid.harness.rigs import Rig, read_rig
-from ehsid.harness.signals.simulation import draw_noise, simulate
+from ehsid.harness.records import Record
+from ehsid.harness.rigs import Rig
 
-RIGS = ROOT / "examples" / "rigs"
-DT_S = 2e-3
-# Integration steps of the records: more than in any fit.
-SUBSTEPS = 16
-BENCH = read_rig(RIGS / "bench.toml").with_values(
-    {"effects.valve_lag.bandwidth_hz": 0.0, "effects.valve_lag.damping": 0.0}
-)
 RIG = Rig("bench", "ehs", BENCH.values, sensors={"position_noise_m": 6e-6})
 # The phase of a lag at low frequency is that of a delay of damping / (pi bandwidth).
 DELAY_S = 0.008
@@ -43,18 +35,7 @@ def smooth(rng: np.random.Generator, seconds: float = 12.0) -> npt.NDArray[np.fl
 
 def run(values: Mapping[str, float], command: npt.NDArray[np.float64], seed: int) -> Record:
     """A record of command and position only, with the noise of the sensor."""
-    simulated = simulate(
-        RIG,
-        command,
-        dt_s=DT_S,
-        values=dict(values),
-        substeps=SUBSTEPS,
-        noise=draw_noise(RIG, command.size, np.random.default_rng(seed)),
-    ).record
-    names = ("command_v", "position_m")
-    return make_record(
-        {"time_s": simulated.time_s} | {name: simulated.column(name) for name in names}
-    )
+    return measured(RIG, command, np.random.default_rng(seed), values, ("position_m",))
 
 
 @pytest.mark.thorough

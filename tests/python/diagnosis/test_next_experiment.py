@@ -5,10 +5,10 @@ from typing import Any
 
 import numpy as np
 import pytest
+from gap_cases import BENCH, RIGS
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.stats import norm
-from sources import ROOT
 
 from ehsid.harness.catalogue.channels import CHAMBER_PRESSURES
 from ehsid.harness.diagnosis import fit
@@ -38,12 +38,8 @@ from ehsid.harness.signals.excitation import multisine
 from ehsid.harness.signals.excitation.menu import MENU
 from ehsid.harness.signals.simulation import draw_noise, simulate
 
-RIGS = ROOT / "examples" / "rigs"
 DT_S = 1e-3
 NOISE_M = 6e-6
-BENCH = read_rig(RIGS / "bench.toml").with_values(
-    {"effects.valve_lag.bandwidth_hz": 0.0, "effects.valve_lag.damping": 0.0}
-)
 RIG = Rig("bench", "ehs", BENCH.values, sensors={"position_noise_m": NOISE_M})
 FRICTIONLESS = {"effects.coulomb_friction.force_n": 0.0}
 FLOORS = {"position_m": NoiseFloor(NOISE_M, 0.9 * NOISE_M, 1.1 * NOISE_M)}

@@ -5,30 +5,21 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
 import pytest
-from gap_cases import DT_S, OFF, PRESSURES, RIG, SUBSTEPS, command_of
+from gap_cases import OFF, RIG, record
 
 from ehsid.harness.diagnosis.deciding import DRIFTS
 from ehsid.harness.diagnosis.laws.drifting import Drift, values_that_drift
 from ehsid.harness.diagnosis.model.case import make_case
 from ehsid.harness.diagnosis.search.candidates import calibrate
-from ehsid.harness.records import Record, make_record
-from ehsid.harness.signals.simulation import draw_noise, simulate
+from ehsid.harness.records import Record
 
 SECONDS = 6.0
 RATE = "effects.flow_gain_drift.rate_1_s"
 
 
 def recorded(seed: int, rate_1_s: float) -> Record:
-    rng = np.random.default_rng(seed)
-    command = command_of(SECONDS, DT_S, rng)
-    noise = draw_noise(RIG, command.size, rng)
-    values = {**OFF, RATE: rate_1_s}
-    run = simulate(RIG, command, dt_s=DT_S, values=values, substeps=SUBSTEPS, noise=noise).record
-    return make_record(
-        {"time_s": run.time_s, **{name: run.column(name) for name in ("command_v", *PRESSURES)}}
-    )
+    return record({**OFF, RATE: rate_1_s}, seed, seconds=SECONDS)
 
 
 def drift_of(*rates: float) -> Drift | None:

@@ -8,7 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from gap_cases import DT_S, OFF, PRESSURES, RIG, SUBSTEPS, command_of, over_the_stroke, record
+from gap_cases import DT_S, OFF, RIG, command_of, measured, over_the_stroke, record
 
 from ehsid.harness.diagnosis.deciding import EFFECT, EVIDENCE
 from ehsid.harness.diagnosis.laws.choosing import LAW, LawsFound, missing_laws
@@ -24,9 +24,8 @@ from ehsid.harness.diagnosis.search.candidates import (
 )
 from ehsid.harness.diagnosis.search.gap_reduction import mean_gap
 from ehsid.harness.diagnosis.search.score import left
-from ehsid.harness.records import Record, make_record
+from ehsid.harness.records import Record
 from ehsid.harness.rigs.rig import TableLaw
-from ehsid.harness.signals.simulation import draw_noise, simulate
 
 pytestmark = pytest.mark.thorough
 
@@ -43,13 +42,8 @@ TURBULENT = TableLaw(
 
 def with_table(law: TableLaw, seed: int, values: Mapping[str, float] | None = None) -> Record:
     rng = np.random.default_rng(seed)
-    command = command_of(6.0, DT_S, rng)
     rig = replace(RIG, tables={"hidden": law})
-    noise = draw_noise(rig, command.size, rng)
-    values = {**OFF, **(values or {})}
-    run = simulate(rig, command, dt_s=DT_S, values=values, substeps=SUBSTEPS, noise=noise).record
-    columns = {name: run.column(name) for name in ("command_v", *PRESSURES)}
-    return make_record({"time_s": run.time_s, **columns})
+    return measured(rig, command_of(6.0, DT_S, rng), rng, {**OFF, **(values or {})})
 
 
 @pytest.fixture(scope="module")

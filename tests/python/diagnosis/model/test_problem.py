@@ -4,7 +4,7 @@ import warnings
 import numpy as np
 import pytest
 from scipy.fft import dct
-from sources import ROOT
+from servo_records import BENCH, DT_S
 
 from ehsid.harness.diagnosis import (
     Problem,
@@ -19,14 +19,10 @@ from ehsid.harness.diagnosis.model.comparison import Compared, compare, varying_
 from ehsid.harness.diagnosis.model.linear import Linear
 from ehsid.harness.diagnosis.model.spectrum import BANDS
 from ehsid.harness.records import make_record
-from ehsid.harness.rigs import Rig, read_rig
+from ehsid.harness.rigs import Rig
 from ehsid.harness.signals.excitation import multisine
 from ehsid.harness.signals.simulation import draw_noise, simulate, simulate_windows
 
-DT_S = 1e-3
-BENCH = read_rig(ROOT / "examples" / "rigs" / "bench.toml").with_values(
-    {"effects.valve_lag.bandwidth_hz": 0.0, "effects.valve_lag.damping": 0.0}
-)
 RIG = Rig(
     "bench",
     "ehs",
