@@ -1,5 +1,7 @@
 # SPDX-License-Identifier: MIT
-"""ArxEstimator: regressor, units, scaling, switching, convergence."""
+"""ArxEstimator: regressor, units, scaling, switching, convergence, bad samples."""
+
+import math
 
 import model16
 import numpy as np
@@ -7,7 +9,7 @@ import numpy.typing as npt
 import numpy_reference as reference
 import policies
 import pytest
-from hypothesis import example, given
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 import ehsid
@@ -256,3 +258,31 @@ def test_implausible_samples_are_refused(limit: float | None) -> None:
     assert estimator.step(10.0 * bound, 1.0 + bound) == Status.filling
     assert estimator.step(10.1 * bound, 1.0) == Status.out_of_range
     assert estimator.step(0.0, 1.0 - 1.01 * bound) == Status.out_of_range
+
+
+@given(
+    name=st.sampled_from(policies.NAMES),
+    dtype=st.sampled_from(["float32", "float64"]),
+    bad_rows=st.sets(st.integers(0, 199), max_size=12),
+)
+@settings(max_examples=50)
+def test_estimator_rests_on_a_bad_sample_and_fills_anew(
+    name: str, dtype: str, bad_rows: set[int]
+) -> None:
+    u, y = (x.astype(dtype) for x in model16.signals(1, 200))
+    forgetting = policies.PAIRS[name].compiled
+    estimator = ehsid.ArxEstimator(3, 3, 1, forgetting=forgetting, dtype=dtype)
+    gap = 0
+    for k in range(200):
+        if k in bad_rows:
+            before = policies.bits(estimator)
+            value = (math.nan, math.inf, -math.inf, 1e5, -3e38)[k % 5]
+            sample = (value, y[k]) if k % 2 else (u[k], value)
+            expected = Status.out_of_range if math.isfinite(value) else Status.invalid_input
+            assert estimator.step(*sample) == expected
+            assert policies.bits(estimator) == before
+            gap = 0
+            continue
+        status = estimator.step(u[k], y[k])
+        assert (status == Status.filling) == (gap < 3)
+        gap += 1

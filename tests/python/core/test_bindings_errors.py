@@ -3,7 +3,6 @@
 
 import itertools
 import math
-from collections.abc import Callable
 from typing import Any
 
 import pytest
@@ -11,32 +10,6 @@ import pytest
 import ehsid
 
 NAN, INF = math.nan, math.inf
-Make = Callable[[], object]
-
-
-def cases(*entries: tuple[str, Make, str]) -> pytest.MarkDecorator:
-    """Parametrise over (name, call, words the message must hold)."""
-    return pytest.mark.parametrize(
-        ("call", "words"), [pytest.param(call, words, id=name) for name, call, words in entries]
-    )
-
-
-BAD_FACTORS = (0.0, -0.5, 1.0 + 1e-9, NAN, INF, -INF)
-
-
-@cases(
-    *((f"Constant({x})", lambda x=x: ehsid.Constant(x), "Constant") for x in BAD_FACTORS),
-    *((f"Exp({x})", lambda x=x: ehsid.Exponential(x), "Exponential") for x in BAD_FACTORS),
-    *((f"Exp(., {x})", lambda x=x: ehsid.Exponential(0.9, x), "Exponential") for x in BAD_FACTORS),
-    *((f"Err({x})", lambda x=x: ehsid.ErrorDriven(x), "ErrorDriven") for x in (0.9, NAN, INF)),
-    *((f"Err(., {x})", lambda x=x: ehsid.ErrorDriven(9, x), "lambda_min") for x in BAD_FACTORS),
-    *((f"Err(., ., {x})", lambda x=x: ehsid.ErrorDriven(9, 1, x), "noise") for x in (-1, NAN, INF)),
-    *((f"F({x})", lambda x=x: ehsid.FRatio(x), "FRatio") for x in (-1e-9, NAN, INF)),
-    *((f"F(., {x})", lambda x=x: ehsid.FRatio(1, x), "critical") for x in (0.999, NAN, INF)),
-)
-def test_parameters_of_policies_are_checked(call: Make, words: str) -> None:
-    with pytest.raises(ValueError, match=words):
-        call()
 
 
 @pytest.mark.parametrize(

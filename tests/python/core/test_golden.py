@@ -1,5 +1,8 @@
 # SPDX-License-Identifier: MIT
-"""The compiled module makes the bits of the traces; test_golden.cpp is the same in C++."""
+"""The compiled module makes the bits of the traces; test_golden.cpp is the same in C++.
+
+That a run has the bits of its steps, test_bindings_run.py and test_servo_estimator.py show.
+"""
 
 import csv
 from pathlib import Path
@@ -40,16 +43,6 @@ def column(rows: Rows, *names: str) -> make_trace.Float32:
     return np.array(words, dtype=np.uint32).view(np.float32)
 
 
-def expect_bits(made: make_trace.Float32, rows: Rows, *names: str) -> None:
-    """The same bits, NaN and the sign of zero included. Shape of `made`: (samples, names)."""
-    expected = column(rows, *names)
-    for k, i in np.argwhere(made.view(np.uint32) != expected.view(np.uint32)):
-        which = next(iter(rows[k].values()))
-        pytest.fail(
-            f"{which}, sample {k}: {names[i]} is {made[k, i]!r} instead of {expected[k, i]!r}"
-        )
-
-
 @pytest.mark.parametrize("policy", make_trace.POLICIES)
 def test_every_step_makes_the_bits_of_the_trace(policy: str, trace: dict[str, Rows]) -> None:
     rows = trace[policy]
@@ -59,23 +52,6 @@ def test_every_step_makes_the_bits_of_the_trace(policy: str, trace: dict[str, Ro
         made = dict(zip(STATE, make_trace.state(estimator), strict=True))
         assert status == int(rows[k]["status"]), f"{policy}, sample {k}: status"
         assert made == {name: rows[k][name] for name in STATE}, f"{policy}, sample {k}"
-
-
-@pytest.mark.parametrize("policy", make_trace.POLICIES)
-def test_a_run_makes_the_bits_of_the_trace(policy: str, trace: dict[str, Rows]) -> None:
-    rows = trace[policy]
-    u, y = column(rows, "command", "position").T
-    path = make_trace.estimator(policy).run(u, y)
-    for k, row in enumerate(rows):
-        assert path.status[k] == int(row["status"]), f"{policy}, sample {k}: status"
-    expect_bits(path.theta, rows, *STATE[2:8])
-    expect_bits(path.standard_deviation, rows, *STATE[8:])
-    expect_bits(path.forgetting_factor[:, None], rows, "forgetting_factor")
-    # Where nothing was predicted a run has no innovation; the estimator keeps its last.
-    estimated = np.isin(path.status, [Status.ok, Status.no_information, Status.reset])
-    assert np.isnan(path.innovation[~estimated]).all()
-    innovation = np.where(estimated, path.innovation, column(rows, "innovation")[:, 0])
-    expect_bits(innovation[:, None], rows, "innovation")
 
 
 def test_the_trace_meets_what_a_controller_meets(trace: dict[str, Rows]) -> None:
@@ -121,19 +97,6 @@ def test_every_step_of_a_servo_makes_the_bits_of_its_trace(
         made = dict(zip(make_servo_trace.STATE, make_servo_trace.state(estimator), strict=True))
         assert status == int(rows[k]["status"], 16), f"{run}, sample {k}: status"
         assert made == {name: rows[k][name] for name in made}, f"{run}, sample {k}"
-
-
-@pytest.mark.parametrize("run", make_servo_trace.SETTINGS)
-def test_a_run_of_a_servo_makes_the_bits_of_its_trace(
-    run: str, servo_trace: dict[str, Rows]
-) -> None:
-    rows = servo_trace[run]
-    path = make_servo_trace.estimator(run).run(*column(rows, "command", "position").T)
-    for name in make_servo_trace.VALUES:
-        series = getattr(path, name)
-        numbers = np.stack([series.value, series.half_width], axis=1)
-        expect_bits(numbers, rows, name, f"{name}_half_width")
-        assert series.reason.tolist() == [int(row[f"{name}_reason"]) for row in rows]
 
 
 def test_the_trace_of_a_servo_meets_every_status_and_every_reason(

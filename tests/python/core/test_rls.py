@@ -1,11 +1,10 @@
 # SPDX-License-Identifier: MIT
-"""Rls against the numpy reference, batch least squares and an outside implementation."""
+"""Rls against the numpy reference and batch least squares; test_peers.py has other libraries."""
 
 import model16
 import numpy as np
 import numpy.typing as npt
 import numpy_reference as reference
-import padasip.filters
 import policies
 import pytest
 import scipy.stats
@@ -121,25 +120,6 @@ def test_float32_is_within_1e_4_of_a_double_batch_solution() -> None:
     # The gate of the project, each parameter by itself. For scale: rounding the record to float32
     # moves the batch solution itself by 1e-7.
     np.testing.assert_allclose(rls.theta_hat, batch, rtol=1e-4, atol=0.0)
-
-
-@pytest.mark.parametrize("factor", [0.97, 0.99, 1.0])
-def test_padasip_agrees(factor: float) -> None:
-    phi, y = record_with_bursts(3, 3000)
-    peer = padasip.filters.FilterRLS(6, mu=factor, eps=1e-3, w="zeros")
-    _, error, weights = peer.run(y, phi)
-    rls = ehsid.Rls(
-        6,
-        forgetting=ehsid.Constant(factor),
-        options=policies.UNGUARDED,
-        variance0=[1e3] * 6,
-        dtype="float64",
-    )
-    path = rls.run(phi, y)
-    # eps cond(P) a step (2e-11, see above), and 1e3 eps from the start.
-    np.testing.assert_allclose(path.innovation, error, rtol=0.0, atol=1e-9 * np.std(y))
-    # Weights in row k are those that predict sample k.
-    np.testing.assert_allclose(path.theta[:-1], weights[1:], rtol=0.0, atol=1e-9 * 3.0)
 
 
 def test_full_covariance_is_a_prior() -> None:

@@ -67,15 +67,6 @@ def test_a_run_is_its_steps_bit_for_bit() -> None:
             assert (one.trusted, one.reason) == (series.trusted[k], series.reason[k])
 
 
-def test_float32_is_as_good_as_float64() -> None:
-    command, position = record(0.01, seed=5)
-    single = ehsid.ServoEstimator(0.01).run(command, position)
-    double = ehsid.ServoEstimator(0.01, dtype="float64").run(command, position)
-    assert single.gain.value.dtype == np.float32
-    apart = np.abs(single.gain.value - double.gain.value) / double.gain.half_width
-    assert np.nanmedian(apart) < 0.05
-
-
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
