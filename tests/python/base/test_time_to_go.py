@@ -68,7 +68,17 @@ def test_it_never_rises_and_stands_still_while_late() -> None:
 
 
 @pytest.mark.parametrize(
-    ("seconds", "words"), [(39.6, "40 s"), (600.0, "10 min"), (12000.0, "3 h 20 min")]
+    ("seconds", "words"),
+    [
+        (0.4, "0 s"),
+        (39.6, "40 s"),
+        (89.4, "89 s"),
+        (90.0, "2 min"),
+        (600.0, "10 min"),
+        (5399.0, "1 h 30 min"),
+        (7500.0, "2 h 05 min"),
+        (12000.0, "3 h 20 min"),
+    ],
 )
 def test_times_in_words(seconds: float, words: str) -> None:
     assert in_words(seconds) == words

@@ -106,15 +106,6 @@ def test_json_is_the_file(here: Path) -> None:
     assert again.stdout == outcome.stdout
 
 
-def test_methods_that_no_bank_runs_are_as_alone_too(here: Path) -> None:
-    for path in sorted((here / "logs").iterdir())[6:]:
-        path.unlink()
-    settings = ("--na", "1", "--nb", "1", "--method", "riv", "--lambda0", "0.995")
-    found = json.loads(run("logs", *settings, "--json").stdout)
-    for one in found["records"]:
-        assert one["estimate"] == alone(one["file"], *settings)
-
-
 @pytest.mark.slow
 def test_logs_that_are_read_in_the_same_way_are_told_once(here: Path) -> None:
     for path in (here / "logs").iterdir():

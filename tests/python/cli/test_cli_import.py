@@ -195,15 +195,6 @@ def test_map_and_dt_say_otherwise(tmp_path: Path) -> None:
     assert np.ptp(record.column("position_m")) == pytest.approx(1.0, rel=1e-3)  # 100 mm as cm
 
 
-def test_the_log_of_the_press_is_identified_as_it_was_written() -> None:
-    outcome = run(
-        "identify", DATA / "mts_press_head.txt", "--input", "CHANNEL2", "--output", "CHANNEL0"
-    )
-    assert outcome.exit_code == 0, outcome.output
-    assert "names in row 7" in outcome.stderr
-    assert "dates or times in the log" in " ".join(outcome.stderr.replace("│", " ").split())
-
-
 @pytest.mark.parametrize(
     "verb", ["identify", "estimate", "export", "experiment", "gap", "inject", "simulate", "import"]
 )

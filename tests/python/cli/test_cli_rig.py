@@ -214,10 +214,3 @@ def test_new_says_what_of_a_simulator_is_to_be_filled_in(tmp_path: Path) -> None
     shown = said("rig", "new", "--simulator", f"{tmp_path / 'mine.py'}:Mine", "--out", str(out))
     assert "to be filled in before it is a rig: 'simulator.inputs.command_v' is missing" in shown
     assert '# command_v = ""  # fill in: it may be one, other' in out.read_text("utf-8")
-
-
-def test_options_of_a_machine_do_not_go_with_a_simulator(tmp_path: Path) -> None:
-    options = ["--simulator", "model.fmu", "--mass", "100 kg", "--out", str(tmp_path / "r.toml")]
-    outcome = CliRunner().invoke(cli, ["rig", "new", *options])
-    assert outcome.exit_code == 2
-    assert "--mass: a simulator has this itself: expected only --rated-command" in outcome.output

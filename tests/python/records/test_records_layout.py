@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from ehsid.harness.records import CHANNELS, ColumnMap, RecordError, make_record, read_record
+from ehsid.harness.records import CHANNELS, ColumnMap, RecordError, read_record
 from ehsid.harness.records.units import (
     EXAMPLES,
     FURTHER_UNITS,
@@ -193,9 +193,3 @@ def test_a_layout_with_multiples_and_gauge_pressures_is_told(tmp_path: Path) -> 
     assert record.origin is not None
     (remark,) = record.origin.remarks
     assert remark.endswith("one standard atmosphere, 101325 Pa, is added to 'p'")
-
-
-def test_without_a_layout_nothing_changes(tmp_path: Path) -> None:
-    path = write(tmp_path / "r.csv", {"time_s": [0.0, 0.1], "command_v": [0.3, 0.4]})
-    written = make_record({"time_s": [0.0, 0.1], "command_v": [0.3, 0.4]})
-    assert read_record(path).column("command_v").tolist() == written.column("command_v").tolist()

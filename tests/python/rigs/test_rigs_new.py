@@ -11,9 +11,10 @@ import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
 
-from ehsid.harness.rigs import RigError, parse_rig
+from ehsid.harness.rigs import parse_rig
 from ehsid.harness.rigs.new import Entry, axis_entries, ehs_entries
 from ehsid.harness.rigs.quantities import Quantity, read_quantity
+from ehsid.harness.rigs.questions import answered
 from ehsid.harness.rigs.rig_file import commented_text
 
 # Units with their exact size in the unit of the rig.
@@ -177,9 +178,11 @@ def test_a_rod_on_both_sides_gives_equal_areas() -> None:
     assert entries["cylinder.bore_m"].value ** 2 == pytest.approx(0.063**2 - 0.035**2)
 
 
-def test_a_rod_that_does_not_fit_into_the_bore() -> None:
-    with pytest.raises(RigError, match="thinner than the bore"):
-        ehs_entries({**BENCH, "rod": Quantity(0.07, "70 mm")}, double_rod=False, hoses=False)
+def test_a_drop_over_both_edges_is_halved_and_an_empty_one_is_not() -> None:
+    answers = {key: given.text for key, given in BENCH.items()}
+    given = answered("ehs", answers | {"rated-drop": "70 bar"}, drop_over_both=True)
+    assert by_key(given)["valve.rated_pressure_drop_pa"].value == 3.5e6
+    answered("ehs", answers | {"rated-drop": " "}, drop_over_both=True)
 
 
 def test_an_axis() -> None:

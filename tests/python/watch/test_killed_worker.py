@@ -13,7 +13,7 @@ import pytest
 from made_diagnoses import bench, measured_record
 from typer.testing import CliRunner
 
-from ehsid.harness.base.parallel import on_cluster, workers
+from ehsid.harness.base.parallel import workers
 from ehsid.harness.cli import cli
 from ehsid.harness.records import Record, write_record
 from ehsid.harness.rigs import Rig, write_rig
@@ -101,15 +101,6 @@ def test_a_process_that_is_killed_once_costs_nothing(machine: Path) -> None:
     with workers(2):
         assert set(fit_all(machine, killing_read_once).values()) == {QUICK}
     assert not mark.exists()
-
-
-@pytest.mark.thorough
-def test_workers_of_a_cluster_that_are_killed_lose_one_log(
-    machine: Path, mortal_cluster: str
-) -> None:
-    with on_cluster(mortal_cluster):
-        check_one_is_lost(machine, fit_all(machine))
-        assert fit_all(machine) == {}
 
 
 @pytest.mark.thorough

@@ -276,24 +276,6 @@ def test_a_line_that_is_closed_in_mid_run(relay: Relay, tmp_path: Path) -> None:
     assert f"holds the {samples} samples before" in errors.replace("\n", " ")
 
 
-def test_a_firmware_that_does_not_hold_the_estimator(relay: Relay, tmp_path: Path) -> None:
-    arguments = ("--port", relay.port, *SHORT, "--na", "6", "--nb", "6")
-    code, _, errors = ended(*arguments, "--out", str(tmp_path))
-    assert code == 2
-    assert "no estimator of 13 parameters" in errors.replace("\n", " ")
-    assert "holds the" not in errors
-    assert list(tmp_path.iterdir()) == []
-
-
-def test_files_of_others_are_refused_before_the_target_is_asked(tmp_path: Path) -> None:
-    (tmp_path / "record.csv").write_text("of a day on the bench")
-    code, _, errors = ended("--port", "/dev/no-such-port", *SHORT, "--out", str(tmp_path))
-    assert code == 2
-    assert "record.csv: is there already and is not an earlier result" in errors.replace("\n", " ")
-    assert [path.name for path in tmp_path.iterdir()] == ["record.csv"]
-    assert (tmp_path / "record.csv").read_text() == "of a day on the bench"
-
-
 @pytest.mark.thorough
 @pytest.mark.parametrize(
     ("machine", "options", "samples"),

@@ -15,7 +15,6 @@ from typer.testing import CliRunner
 
 import ehsid
 from ehsid.harness.base.error_words import install_line
-from ehsid.harness.base.time_to_go import in_words
 from ehsid.harness.cli import cli
 from ehsid.harness.cli.console import Console
 from ehsid.harness.cli.progress import shown
@@ -153,30 +152,6 @@ def test_a_changed_answer_is_refused_before_and_after_the_run(
     assert "answers.json: changed since it was sealed" in words(outcome.stderr)
 
 
-@pytest.mark.slow
-def test_processes_are_not_those_of_a_cluster(tmp_path: Path) -> None:
-    cluster = ("--dask", "tcp://127.0.0.1:1")
-    outcome = run("--out", str(tmp_path / "check"), *TINY[2:4], "--count", "1", *cluster)
-    assert outcome.exit_code == 2
-    assert "--workers is of this machine" in words(outcome.stderr)
-
-
-def test_a_folder_with_other_files_is_refused(tmp_path: Path) -> None:
-    (tmp_path / "thesis.tex").write_text("all of it")
-    outcome = run("--out", str(tmp_path), *TINY)
-    assert outcome.exit_code == 2
-    assert "has files, but no seal.json of a check" in words(outcome.stderr)
-    assert [path.name for path in tmp_path.iterdir()] == ["thesis.tex"]
-
-
-@pytest.mark.slow
-def test_a_scheduler_that_is_not_there_is_one_message(made: Path) -> None:
-    outcome = run("--out", str(made), "--dask", "tcp://127.0.0.1:1", workers=None)
-    assert outcome.exit_code == 2
-    assert "no Dask scheduler answers at 'tcp://127.0.0.1:1'" in words(outcome.stderr)
-    assert not (made / "results").exists()
-
-
 def test_without_numba_the_extra_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     for name in [name for name in sys.modules if name.startswith("ehsid.lab.reality")]:
         monkeypatch.delitem(sys.modules, name)
@@ -203,14 +178,6 @@ def test_a_cluster_runs_the_same_cases(tmp_path: Path, dask_cluster: str) -> Non
     assert {one["workers"] for one in saw} == {1}
     assert all(one["rig"] == f"rig-{path.name}" for one, path in zip(saw, results, strict=True))
     assert (out / "score.json").is_file()
-
-
-@pytest.mark.parametrize(
-    ("seconds", "told"),
-    [(0.4, "0 s"), (89.0, "89 s"), (91.0, "2 min"), (5399.0, "1 h 30 min"), (7500.0, "2 h 05 min")],
-)
-def test_times_are_told_as_people_do(seconds: float, told: str) -> None:
-    assert in_words(seconds) == told
 
 
 def test_a_bar_on_a_terminal_still_tells_of_errors() -> None:

@@ -86,13 +86,14 @@ def test_the_catalogue_is_that_of_the_diagnosis() -> None:
 
 
 @pytest.mark.slow
-def test_the_same_arguments_make_the_same_case() -> None:
-    first, second = (make_case(7, "hard", "two", **SHORT) for _ in range(2))
+@pytest.mark.parametrize("grade", ["hard", pytest.param("wide", marks=pytest.mark.thorough)])
+def test_the_same_arguments_make_the_same_case(grade: Any) -> None:
+    first, second = (make_case(7, grade, "two", **SHORT) for _ in range(2))
     assert first.rig_toml == second.rig_toml
     assert first.answer == second.answer
     for name, column in first.train.items():
         np.testing.assert_array_equal(column, second.train[name])
-    assert make_case(8, "hard", "two", **SHORT).rig_toml != first.rig_toml
+    assert make_case(8, grade, "two", **SHORT).rig_toml != first.rig_toml
 
 
 def arguments_of_runs(**options: Any) -> tuple[str, str, list[Any]]:
@@ -111,8 +112,9 @@ def arguments_of_runs(**options: Any) -> tuple[str, str, list[Any]]:
 
 
 @pytest.fixture(scope="module")
-def without_effect() -> tuple[str, str, list[Any]]:
-    return arguments_of_runs(kind="none")
+def without_effect() -> dict[str, tuple[str, str, list[Any]]]:
+    """By grade: of wide machines the laws of friction, hysteresis, laps and supply are drawn."""
+    return {grade: arguments_of_runs(grade=grade, kind="none") for grade in ("plain", "wide")}
 
 
 @pytest.mark.slow
@@ -120,31 +122,22 @@ def without_effect() -> tuple[str, str, list[Any]]:
     "options",
     [{"effects": [name]} for name in CATALOGUE if name != "valve_lag"]
     + [{"kind": kind} for kind in KINDS if kind != "open"]
-    + [{"kind": "open", "effects": [name]} for name in ("valve_stiction", "warming_oil")],
+    + [{"kind": "open", "effects": [name]} for name in ("valve_stiction", "warming_oil")]
+    + [
+        {"grade": "wide", "effects": [name]}
+        for name in ("valve_hysteresis", "valve_dead_band", "supply_droop", "coulomb_friction")
+    ],
 )
 def test_only_the_machine_depends_on_the_effect(
-    options: dict[str, Any], without_effect: tuple[str, str, list[Any]]
+    options: dict[str, Any], without_effect: dict[str, tuple[str, str, list[Any]]]
 ) -> None:
-    name, rig, runs = without_effect
+    name, rig, runs = without_effect[options.get("grade", "plain")]
     other_name, other_rig, other_runs = arguments_of_runs(**options)
     assert other_name == name
     assert other_rig == rig
     for arguments, other_arguments in zip(runs, other_runs, strict=True):
         for argument, other_argument in zip(arguments, other_arguments, strict=True):
             np.testing.assert_array_equal(argument, other_argument)
-
-
-@pytest.mark.slow
-def test_only_the_machine_depends_on_the_effect_of_a_wide_case() -> None:
-    """Its laws of friction, hysteresis, laps and supply are drawn whatever the effect is."""
-    name, rig, runs = arguments_of_runs(grade="wide", kind="none")
-    for effect in ("valve_hysteresis", "valve_dead_band", "supply_droop", "coulomb_friction"):
-        other_name, other_rig, other_runs = arguments_of_runs(grade="wide", effects=[effect])
-        assert other_name == name
-        assert other_rig == rig
-        for arguments, other_arguments in zip(runs, other_runs, strict=True):
-            for argument, other_argument in zip(arguments, other_arguments, strict=True):
-                np.testing.assert_array_equal(argument, other_argument)
 
 
 @pytest.mark.slow

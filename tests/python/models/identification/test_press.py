@@ -46,19 +46,6 @@ def test_the_whole_record_gives_the_model_of_the_author(press: IoData) -> None:
     assert pole == pytest.approx(POLE_1_S, rel=0.06)
 
 
-def test_numpy_gives_the_same_model(press: IoData) -> None:
-    model = fit_arx(press, ArxOrders(2, 2, 5, offset=True))
-    k = np.arange(6, press.y.size)
-    rows = np.column_stack(
-        [-press.y[k - 1], -press.y[k - 2], press.u[k - 5], press.u[k - 6], np.ones(k.size)]
-    )
-    expected, *_ = np.linalg.lstsq(rows, press.y[k], rcond=None)
-    # Two solutions of one least-squares problem differ by its condition times rounding.
-    tolerance = 10.0 * float(np.linalg.cond(rows)) * float(np.finfo(float).eps)
-    assert model.n_rows == k.size
-    np.testing.assert_allclose(model.theta, expected, atol=tolerance * np.abs(expected).max())
-
-
 def test_identification_by_default_says_the_same(press: IoData) -> None:
     """Order 2 from one half of the record."""
     result = identify(press)

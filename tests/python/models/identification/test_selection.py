@@ -196,15 +196,6 @@ def test_the_crane_record(crane: IdentificationResult) -> None:
     assert any("not white" in text for text in crane.advice)
 
 
-def test_the_crane_estimate_is_that_of_lstsq(crane: IdentificationResult) -> None:
-    table = np.loadtxt(CRANE, delimiter=",", skiprows=1)[:512]
-    u, y = table[:, 1], table[:, 2]
-    k = np.arange(9, 512)  # the longest history: nk + nb - 1 = 5 + 5 - 1
-    phi = np.column_stack((-y[k - 1], -y[k - 2], u[k - 1], u[k - 2], np.ones(k.size)))
-    expected, *_ = np.linalg.lstsq(phi, y[k])
-    np.testing.assert_allclose(crane.chosen.model.theta, expected, rtol=1e-10)
-
-
 def test_the_result_becomes_json(crane: IdentificationResult) -> None:
     plain = json.loads(json.dumps(crane.to_dict(), allow_nan=False))
     assert plain["chosen"]["orders"] == {"na": 2, "nb": 2, "nk": 1, "offset": True}

@@ -4,9 +4,6 @@
 import numpy as np
 import numpy.typing as npt
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
-from hypothesis.extra.numpy import arrays
 from scipy.signal import lsim
 from sources import ROOT
 
@@ -73,17 +70,6 @@ def test_halves_are_rounded_away_from_zero() -> None:
         behind_sensor(halves, "sensor_quantisation", {"step_m": 1.0}, DT_S).signal,
         [-2.0, -1.0, 1.0, 2.0, 3.0],
     )
-
-
-@given(arrays(np.float64, st.integers(2, 30), elements=st.floats(-1.0, 1.0)), st.floats(1e-3, 0.3))
-def test_play_stays_within_its_width_and_moves_only_at_its_ends(
-    path: FloatArray, half_width: float
-) -> None:
-    shown = behind_sensor(path, "sensor_backlash", {"half_width_m": half_width}, DT_S).signal
-    away = path - shown
-    assert np.all(np.abs(away) <= half_width + 1e-15)
-    moved = np.flatnonzero(np.diff(shown)) + 1
-    np.testing.assert_allclose(np.abs(away[moved]), half_width, rtol=0.0, atol=1e-15)
 
 
 def test_bias_moves_all() -> None:
