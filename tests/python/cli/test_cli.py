@@ -86,24 +86,6 @@ def test_identify_draws_the_frequency_response_and_tells_the_limit_of_the_gain(
     assert float(found[2]) == pytest.approx(100.0 / 6.0, rel=0.02)
 
 
-@pytest.mark.parametrize(
-    ("arguments", "said"),
-    [
-        (["--orders", "1-99999999999999999999"], "expected a number or a range such as 2-5"),
-        (
-            ["--orders", "2-51"],
-            "--orders '2-51': expected a number or a range such as 2-5, at most",
-        ),
-        (["--delays", "5-1"], "--delays '5-1': expected"),
-        (["--delays", "\u0661"], "expected a number or a range"),
-    ],
-)
-def test_ranges_of_orders_and_delays(arguments: list[str], said: str) -> None:
-    outcome = CliRunner().invoke(cli, ["identify", str(CRANE), *COLUMNS, *arguments])
-    assert outcome.exit_code == 2
-    assert said in outcome.stderr
-
-
 def test_the_limit_of_samples_is_settable(monkeypatch: pytest.MonkeyPatch) -> None:
     arguments = ["simulate", str(BENCH), "--excitation", "steps", "--duration", "0.2"]
     monkeypatch.setenv("EHSID_MAX_SAMPLES", "199")

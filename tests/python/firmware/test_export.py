@@ -467,15 +467,3 @@ def test_command_notes_that_a_policy_forgets_the_start(
     code, _, notes = run(str(CRANE), *COLUMNS, "--forgetting", policy, "--out", out)
     assert code == 0
     assert ("forgets from the first sample" in notes) == forgets
-
-
-def test_an_earlier_header_stays_when_the_export_fails(tmp_path: Path) -> None:
-    out = tmp_path / "servo.hpp"
-    assert run(str(CRANE), *COLUMNS, "--out", str(out))[0] == 0
-    before = out.read_bytes()
-    constant = tmp_path / "constant.csv"
-    constant.write_text("u,y\n" + "".join(f"1.0,{k % 7}\n" for k in range(300)))
-    code, _, error = run(str(constant), "--input", "u", "--output", "y", "--out", str(out))
-    assert code == 2
-    assert "u is constant" in error
-    assert out.read_bytes() == before

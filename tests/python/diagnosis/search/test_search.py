@@ -200,25 +200,6 @@ def test_with_nothing_to_try_the_calibration_is_all() -> None:
     assert result.nominal.held_out_cost > result.calibrated.held_out_cost
 
 
-@pytest.mark.thorough
-def test_the_result_does_not_depend_on_the_workers() -> None:
-    case = made.case_of({**made.OFF, "effects.transport_delay.delay_s": 0.0053})
-    results = []
-    for count in (1, 2):
-        with workers(count):
-            results.append(search(case, made.all_but(*FEW[2:])))
-    serial, parallel = results
-    for first, second in zip(
-        (serial.nominal, serial.calibrated, *serial.refined, *serial.screened),
-        (parallel.nominal, parallel.calibrated, *parallel.refined, *parallel.screened),
-        strict=True,
-    ):
-        assert first.effects == second.effects
-        np.testing.assert_array_equal(first.x, second.x)
-        assert (first.cost, first.held_out_cost) == (second.cost, second.held_out_cost)
-        np.testing.assert_array_equal(first.squares, second.squares)
-
-
 def never_fitted(case: Case, effects: tuple[str, ...]) -> FittedCandidate:
     """A candidate in which every value of x is different."""
     x, nothing = np.arange(float(len(case.parameters(effects)))), np.zeros(0)
