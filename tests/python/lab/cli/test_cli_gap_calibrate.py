@@ -85,13 +85,6 @@ def test_several_checks_and_files_count_together(check: Path, tmp_path: Path) ->
     assert json.loads(outcome.stdout)["machines"] == 18
 
 
-def test_the_same_machine_twice_is_refused(features: Path, tmp_path: Path) -> None:
-    outcome = run("--features", features, features, "--out", tmp_path / "out")
-    assert outcome.exit_code == 2
-    assert "machine 00000: given twice; expected each machine once" in words(outcome.stderr)
-    assert not (tmp_path / "out").exists()
-
-
 def test_a_check_without_finished_cases_is_refused(check: Path, tmp_path: Path) -> None:
     for path in check.glob("results/*/diagnosis.json"):
         path.rename(path.with_name("error.txt"))
