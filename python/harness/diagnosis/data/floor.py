@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
@@ -52,6 +52,8 @@ class NoiseFloor:
     value: float
     low: float
     high: float
+    seen: bool = True
+    """Whether the record shows the noise; where motion hides it, the value may be far too high."""
 
 
 def noise_floor(signal: npt.ArrayLike) -> NoiseFloor:
@@ -132,8 +134,9 @@ def floor_of(record: Record, name: str) -> NoiseFloor:
     elif rest is not None:
         floor = rest if is_upper_bound else _hull(max(rest.value, white.value), rest, white)
     else:
-        floor = white
-    return NoiseFloor(*(max(end, least) for end in (floor.value, floor.low, floor.high)))
+        floor = replace(white, seen=not is_upper_bound)
+    ends = (max(end, least) for end in (floor.value, floor.low, floor.high))
+    return NoiseFloor(*ends, floor.seen)
 
 
 def _hull(value: float, first: NoiseFloor, second: NoiseFloor) -> NoiseFloor:
@@ -244,7 +247,7 @@ def sensor_floor(record: Record, name: str, rig: Rig) -> NoiseFloor:
     if any(len(errors(record, name)) >= REST_WINDOWS for errors in (repeat_errors, rest_errors)):
         return floor
     value = min(_expected(record, name, rig), floor.value)
-    return NoiseFloor(value, min(value, floor.low), max(value, floor.high))
+    return NoiseFloor(value, min(value, floor.low), max(value, floor.high), seen=False)
 
 
 def _expected(record: Record, name: str, rig: Rig) -> float:

@@ -47,7 +47,7 @@ def left(case: Case, candidate: FittedCandidate, data: Data = "all", share: floa
     blocks count. share: of the tolerance, see `share_of_tolerance`.
     """
     cost, count = 0.0, 0.0
-    for mean, likelihood in _by_output(case, candidate, data):
+    for _, mean, likelihood in _by_output(case, candidate, data):
         narrowed = likelihood.narrowed(share)
         cost += narrowed.cost_of(mean) - narrowed.cost_of(np.zeros_like(mean))
         count += float(likelihood.counts.sum())
@@ -56,25 +56,30 @@ def left(case: Case, candidate: FittedCandidate, data: Data = "all", share: floa
 
 def _by_output(
     case: Case, candidate: FittedCandidate, data: Data
-) -> Iterator[tuple[FloatArray, OutputLikelihood]]:
-    """Mean power of the errors in each band, shape (BANDS,), and the likelihood of each output."""
+) -> Iterator[tuple[str, FloatArray, OutputLikelihood]]:
+    """Of each output the name, the mean power of the errors in each band, (BANDS,), and how likely
+    such errors are."""
     for part, powers in (("fitted", candidate.fit_powers), ("held out", candidate.powers)):
         if data not in ("all", part):
             continue
-        likelihoods = case.problem(held_out=part == "held out").likelihoods.values()
-        for by_band, likelihood in zip(powers.sum(axis=0), likelihoods, strict=True):
-            yield by_band / np.maximum(likelihood.spectrum.sizes, 1.0), likelihood
+        likelihoods = case.problem(held_out=part == "held out").likelihoods
+        for by_band, (name, likelihood) in zip(
+            powers.sum(axis=0), likelihoods.items(), strict=True
+        ):
+            yield name, by_band / np.maximum(likelihood.spectrum.sizes, 1.0), likelihood
 
 
 def above_noise(case: Case, candidate: FittedCandidate, share: float = 1.0) -> float:
     """Returns what a candidate leaves beyond errors that are only the noise of the sensors.
 
-    case, candidate, share: as of `left`. No set can leave much less than 0.
+    case, candidate, share: as of `left`. No set can leave much less than 0. Where motion hides the
+    noise it does not count: it may be less than what is assumed.
     """
     by_noise, count = 0.0, 0.0
-    for _, likelihood in _by_output(case, candidate, "all"):
+    for name, _, likelihood in _by_output(case, candidate, "all"):
         narrowed = likelihood.narrowed(share)
         noise = narrowed.tolerated - (0.0 if narrowed.of_motion is None else narrowed.of_motion)
+        noise *= case.floors[name].seen
         by_noise += narrowed.cost_of(noise) - narrowed.cost_of(np.zeros_like(noise))
         count += float(likelihood.counts.sum())
     return left(case, candidate, share=share) - by_noise / count
@@ -93,7 +98,7 @@ def share_of_tolerance(case: Case, candidates: Sequence[FittedCandidate]) -> flo
         return 1.0
     best = min(candidates, key=lambda candidate: left(case, candidate))
     shares: list[float] = []
-    for mean, likelihood in _by_output(case, best, "all"):
+    for _, mean, likelihood in _by_output(case, best, "all"):
         assert likelihood.of_motion is not None
         noise = likelihood.tolerated - likelihood.of_motion
         told = (likelihood.of_motion > noise) & (likelihood.counts > 0.0)
