@@ -59,15 +59,16 @@ class Drift:
         )
 
 
-def values_that_drift(case: Case, calibrated: FittedCandidate) -> Drift | None:
-    """Values of the rig that change with the time; None where none does on our simulator.
+def values_that_drift(case: Case, best: FittedCandidate) -> Drift | None:
+    """Values of the rig and of effects that change with the time; None where none does.
 
-    calibrated: the fit of the rig without effects.
+    best: the fit of the rig with the best set of effects, or without any. On a user's simulator
+    none is looked for.
     """
     if case.engine is not None:
         return None
     fine = decision_case(case)
-    problems = [fine.problem(held_out=held_out) for held_out in (False, True)]
+    problems = [fine.problem(best.effects, held_out=held_out) for held_out in (False, True)]
     parameters = problems[0].parameters
     own = [
         place
@@ -75,10 +76,10 @@ def values_that_drift(case: Case, calibrated: FittedCandidate) -> Drift | None:
         if each.logarithmic and each.low < each.high and _may_change(each.name)
     ]
     longest_s = max(record.dt_s * len(record.record) for p in problems for record in p.records)
-    parts = [_with_time(problem, calibrated.x, own, longest_s) for problem in problems]
+    parts = [_with_time(problem, best.x, own, longest_s) for problem in problems]
     if not own or not all(np.isfinite(part.grams).all() for part in parts):
         return None
-    x, size = calibrated.x, len(parameters)
+    x, size = best.x, len(parameters)
     bounds = np.array([(each.low, each.high) for each in parameters]) - x[:, np.newaxis]
     information = problems[0].information()
     offset = np.where(information > 0.0, x - problems[0].centres(), 0.0)

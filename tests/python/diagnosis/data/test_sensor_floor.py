@@ -41,6 +41,8 @@ def test_a_record_that_follows_the_oil_spring_keeps_its_own_estimate() -> None:
     rig, record = measured(1e-3)
     for name in ("position_m", "pressure_a_pa"):
         assert sensor_floor(record, name, rig) == floor_of(record, name)
+    # The differences of the position show the noise. The pressure moves faster.
+    assert sensor_floor(record, "position_m", rig).seen
 
 
 @pytest.mark.parametrize("dt_s", [0.02, 0.05])
@@ -55,6 +57,7 @@ def test_a_slow_record_has_the_noise_that_the_rig_file_tells(dt_s: float) -> Non
         # The differences show motion: they stay as the upper end.
         assert floor.high >= floor_of(record, name).value > NOISE[key]
         assert floor.low <= floor.value
+        assert not floor.seen
 
 
 def test_a_slow_record_without_stated_noise_has_that_of_usual_sensors() -> None:
@@ -84,4 +87,6 @@ def test_stretches_at_rest_show_the_noise_at_any_sampling() -> None:
     )
     still = replace(record, columns=columns)
     # Of 10 s at rest, the rms of 200 samples scatters by a twentieth.
-    assert sensor_floor(still, "position_m", rig).value == pytest.approx(1e-5, rel=0.2)
+    floor = sensor_floor(still, "position_m", rig)
+    assert floor.value == pytest.approx(1e-5, rel=0.2)
+    assert floor.seen
