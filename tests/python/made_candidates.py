@@ -50,7 +50,9 @@ class MadeCase:
     """The attributes of a case that the selection reads."""
 
     outputs = ("position_m",)
-    floors = MappingProxyType({"position_m": NoiseFloor(FLOOR, FLOOR, FLOOR)})
+    floors: Mapping[str, NoiseFloor] = MappingProxyType(
+        {"position_m": NoiseFloor(FLOOR, FLOOR, FLOOR)}
+    )
     records = (_Record(),)
     rig = RIG
     all_states = False

@@ -373,7 +373,7 @@ class _Evaluation:
     inside: tuple[Inside, ...] = ()
     """Values of a user's simulator that could stand in for what it cannot be given."""
     drift: Drift | None = None
-    """Values that change in the course of the records, where nothing else explains the gap."""
+    """Values that change in the course of the records, beside the most probable set."""
 
     @cached_property
     def decision(self) -> Decision:
@@ -449,7 +449,7 @@ def _evaluate(
     runs, reduction = results.held_out_results(
         case, search_result.nominal, search_result.calibrated, best
     )
-    drift = None if best.effects else values_that_drift(case, search_result.calibrated)
+    drift = values_that_drift(case, probabilities.sets[0].fit)
     speaking = bool(results.worse_outputs(reduction)) + (drift is not None)
     if speaking:
         probabilities = probabilities.with_evidence(speaking * WORSENED)

@@ -135,8 +135,8 @@ def floor_of(record: Record, name: str) -> NoiseFloor:
         floor = rest if is_upper_bound else _hull(max(rest.value, white.value), rest, white)
     else:
         floor = replace(white, seen=not is_upper_bound)
-    ends = (max(end, least) for end in (floor.value, floor.low, floor.high))
-    return NoiseFloor(*ends, floor.seen)
+    value, low, high = (max(end, least) for end in (floor.value, floor.low, floor.high))
+    return NoiseFloor(value, low, high, floor.seen)
 
 
 def _hull(value: float, first: NoiseFloor, second: NoiseFloor) -> NoiseFloor:

@@ -3,10 +3,12 @@
 
 One value for all windows cannot follow oil that warms: viscous friction and leakage change by half
 in 20 K, and the bulk modulus with them. No term of an equation over the time is like that, because
-friction that fades is no force over the time. Here each value of the rig has, besides, a share that
-grows with the time, zero in the middle of the longest record. Its derivative is that of the value
-in a window, times the time of the window: values act within a window, so that exact sensitivities
-of one point suffice, and nothing is simulated again.
+friction that fades is no force over the time. A leakage that grows is most like one that does not,
+so that a constant one is named, and only its growth tells that this is not all. Here each value of
+the rig and of the effects has, besides, a share that grows with the time, zero in the middle of the
+longest record. Its derivative is that of the value in a window, times the time of the window:
+values act within a window, so that exact sensitivities of one point suffice, and nothing is
+simulated again.
 
 Sound machines whose excitation changes in the course of a record, such as a chirp, could seem to
 drift, because errors depend on frequency and amplitude. The fitted and the held-out records have

@@ -57,8 +57,7 @@ def left(case: Case, candidate: FittedCandidate, data: Data = "all", share: floa
 def _by_output(
     case: Case, candidate: FittedCandidate, data: Data
 ) -> Iterator[tuple[str, FloatArray, OutputLikelihood]]:
-    """Of each output the name, the mean power of the errors in each band, (BANDS,), and how likely
-    such errors are."""
+    """Each output: name, mean power of the errors in each band, (BANDS,), and its likelihood."""
     for part, powers in (("fitted", candidate.fit_powers), ("held out", candidate.powers)):
         if data not in ("all", part):
             continue

@@ -11,26 +11,38 @@ from gap_cases import OFF, RIG, record
 from ehsid.harness.diagnosis.deciding import DRIFTS
 from ehsid.harness.diagnosis.laws.drifting import Drift, values_that_drift
 from ehsid.harness.diagnosis.model.case import make_case
-from ehsid.harness.diagnosis.search.candidates import calibrate
+from ehsid.harness.diagnosis.search.candidates import (
+    calibrate,
+    linearised_start,
+    refine,
+    screen,
+)
 from ehsid.harness.records import Record
 
 SECONDS = 6.0
 RATE = "effects.flow_gain_drift.rate_1_s"
 
 
-def recorded(seed: int, rate_1_s: float) -> Record:
-    return record({**OFF, RATE: rate_1_s}, seed, seconds=SECONDS)
+def recorded(seed: int, rate_1_s: float, overlap: float) -> Record:
+    values = {**OFF, RATE: rate_1_s, "effects.valve_dead_band.overlap": overlap}
+    return record(values, seed, seconds=SECONDS)
 
 
-def drift_of(*rates: float) -> Drift | None:
-    case = make_case(RIG, *([recorded(seed, rate)] for seed, rate in enumerate(rates, 1)))
-    return values_that_drift(case, calibrate(case))
+def drift_of(*rates: float, overlap: float = 0.0) -> Drift | None:
+    """Drift beside the rig without effects, or beside its dead band where it has one."""
+    case = make_case(RIG, *([recorded(seed, rate, overlap)] for seed, rate in enumerate(rates, 1)))
+    best = calibrate(case)
+    if overlap > 0.0:
+        short = screen(case, ("valve_dead_band",), [linearised_start(case, (), best.x)])
+        best = refine(case, short.effects, short.x)
+    return values_that_drift(case, best)
 
 
 @pytest.mark.slow
-def test_a_flow_that_grows_is_seen_with_its_size() -> None:
+@pytest.mark.parametrize("overlap", [0.0, 0.03])
+def test_a_flow_that_grows_is_seen_with_its_size(overlap: float) -> None:
     """From the start to the end of a record the flow grows by the rate times its length."""
-    drift = drift_of(0.01, 0.01)
+    drift = drift_of(0.01, 0.01, overlap=overlap)
     assert drift is not None
     assert drift.gain >= DRIFTS
     changes = dict(drift.changes)
@@ -44,4 +56,5 @@ def test_a_flow_that_grows_is_seen_with_its_size() -> None:
 @pytest.mark.slow
 def test_what_the_other_record_contradicts_and_what_is_not_there_is_no_drift() -> None:
     assert drift_of(0.0, 0.0) is None
+    assert drift_of(0.0, 0.0, overlap=0.03) is None
     assert drift_of(0.01, -0.01) is None

@@ -13,8 +13,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from made_candidates import CASE, FLOOR, LIKELIHOOD, MadeCase, candidate
 
-from ehsid.harness.diagnosis.deciding import LAPSE
 from ehsid.harness.diagnosis.data.floor import NoiseFloor
+from ehsid.harness.diagnosis.deciding import LAPSE
 from ehsid.harness.diagnosis.decision.hypotheses import posterior
 from ehsid.harness.diagnosis.model.case import Case, make_case
 from ehsid.harness.diagnosis.model.spectrum import BANDS
@@ -64,15 +64,13 @@ def test_all_data_are_the_mean_of_both_parts(fitted: float, held_out: float) -> 
 
 @given(share=st.floats(0.0, 3.0))
 def test_noise_counts_where_the_record_shows_it(share: float) -> None:
-    """Errors that are only the noise leave nothing above it; noise that motion hides may be less."""
-
-    class Hidden(MadeCase):
-        floors = {"position_m": NoiseFloor(FLOOR, FLOOR, FLOOR, seen=False)}
-
+    """Errors that are only noise leave nothing above it; noise that motion hides may be less."""
+    hidden = MadeCase()
+    hidden.floors = {"position_m": NoiseFloor(FLOOR, FLOOR, FLOOR, seen=False)}
     errors = candidate(rms=share * FLOOR)
     by_noise = left(CASE, candidate(rms=FLOOR))
     assert above_noise(CASE, errors) == pytest.approx(left(CASE, errors) - by_noise, abs=1e-12)
-    assert above_noise(cast(Case, cast(Any, Hidden())), errors) == left(CASE, errors)
+    assert above_noise(cast(Case, cast(Any, hidden)), errors) == left(CASE, errors)
 
 
 @pytest.mark.parametrize("wrong", [np.nan, np.inf])
