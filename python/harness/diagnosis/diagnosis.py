@@ -12,6 +12,7 @@ from msgspec.structs import replace as replace_part
 
 from ..base.error_words import error_words
 from ..base.parallel import Progress, single_threaded_algebra
+from ..catalogue.channels import TIME
 from ..catalogue.spellings import ParameterKey
 from ..records import Record
 from ..rigs import Rig
@@ -392,9 +393,11 @@ class _Evaluation:
             self.step,
             "" if self.laws is None else sentence(self.laws.laws),
         )
-        if self.laws is None and self.drift is not None and decision.verdict == OUTSIDE:
-            return replace(decision, sentence=f"{decision.sentence} {self.drift.sentence}")
-        return decision
+        # A law over the time is one way to say that a value drifts; any other explains more.
+        others = () if self.laws is None else [law for law in self.laws.laws if law.of != TIME]
+        if self.drift is None or others or decision.verdict != OUTSIDE:
+            return decision
+        return replace(decision, sentence=f"{decision.sentence} {self.drift.sentence}")
 
 
 def _log_case(case: Case) -> None:

@@ -6,11 +6,13 @@ from __future__ import annotations
 import math
 
 import pytest
-from gap_cases import OFF, RIG, record
+from gap_cases import OFF, RIG, all_but, record
 
 from ehsid.harness.diagnosis.deciding import DRIFTS
+from ehsid.harness.diagnosis.diagnosis import diagnose
 from ehsid.harness.diagnosis.laws.drifting import Drift, values_that_drift
 from ehsid.harness.diagnosis.model.case import make_case
+from ehsid.harness.diagnosis.options import DiagnosisOptions
 from ehsid.harness.diagnosis.search.candidates import (
     calibrate,
     linearised_start,
@@ -58,3 +60,16 @@ def test_what_the_other_record_contradicts_and_what_is_not_there_is_no_drift() -
     assert drift_of(0.0, 0.0) is None
     assert drift_of(0.0, 0.0, overlap=0.03) is None
     assert drift_of(0.01, -0.01) is None
+
+
+@pytest.mark.slow
+def test_a_drift_beside_a_named_effect_is_a_cause_outside_of_the_catalogue() -> None:
+    """Without the drift the dead band explains all but what its flow gains in 6 s."""
+    options = DiagnosisOptions(exclude=all_but("valve_dead_band", "transport_delay"))
+    verdicts = {}
+    for rate in (0.0, 0.01):
+        fitted, held_out = (recorded(seed, rate, 0.03) for seed in (1, 2))
+        found = diagnose([fitted], RIG, validate=[held_out], options=options)
+        verdicts[rate] = found.verdict
+        assert ("in the course of the records" in found.sentence) == (rate > 0.0), found.sentence
+    assert verdicts == {0.0: "effects", 0.01: "outside_catalogue"}
