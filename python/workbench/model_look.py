@@ -1,7 +1,9 @@
 # SPDX-License-Identifier: MIT
-"""What the page draws of a model and of an estimate; kept in files, and the signals as pyramids.
+"""What the page draws of models and of an estimate; kept in files, and the signals as pyramids.
 
 The numbers are those of `identification` and `estimation`; here they are only brought together.
+The newest model is whole, and those before it are kept so far that they can be drawn with it: each
+simulates the record of the newest one.
 """
 
 from __future__ import annotations
@@ -11,6 +13,7 @@ from pathlib import Path
 
 import msgspec
 import numpy as np
+import numpy.typing as npt
 
 import ehsid
 from ehsid.harness.base.encoding import from_json, json_text, read_json
@@ -20,7 +23,17 @@ from ehsid.harness.catalogue.channels import TIME
 from ehsid.harness.models.estimation import EstimationResult
 from ehsid.harness.models.estimation.advice import Advice, advice_words
 from ehsid.harness.models.estimation.recursion import NORMAL_95
-from ehsid.harness.models.identification import IdentificationResult, IoData
+from ehsid.harness.models.identification import (
+    ArxModel,
+    ArxOrders,
+    IdentificationError,
+    IdentificationResult,
+    IoData,
+    Prediction,
+    fit_percent,
+    simulate,
+)
+from ehsid.harness.models.identification.candidates import simulation_cell
 from ehsid.harness.models.identification.dynamics import Dynamics, dynamics
 from ehsid.harness.records import Record
 from ehsid.harness.show.model_blocks import (
@@ -36,7 +49,8 @@ from .downsampling import Pyramid, make_pyramid, opened, store
 from .session import Session
 
 FILE = "identified.json"
-MEASURED, SIMULATED, RESIDUAL = "measured", "simulated", "residual"
+MEASURED, SIMULATED, RESIDUAL, ERROR = "measured", "simulated", "residual", "error"
+MOST_MODELS = 4  # that are kept, the newest one among them
 ESTIMATE_FILE = "estimated.json"
 INPUT, OUTPUT, FACTOR, INNOVATION = "input", "output", "factor", "innovation"
 START = 0.1  # share of a record whose coefficients may leave the plot: they vary most there
@@ -48,10 +62,18 @@ MOST_RESETS = 200  # that are marked
 class Identified(msgspec.Struct, frozen=True):
     """An identified model, as the page shows it."""
 
+    number: int
+    """By which it is known as long as it is kept."""
     record: str
     input_name: str
     output_name: str
+    dt_s: float | None
     """What it was made of."""
+    orders: ArxOrders
+    theta: list[float]
+    fit: str
+    """The model, and the fit of its simulation on the half of its record that it was not fitted to,
+    in per cent, or that it diverges."""
     line: str
     told: ModelTold
     """Which model was chosen, and what is told of it."""
@@ -61,6 +83,22 @@ class Identified(msgspec.Struct, frozen=True):
     independence: Lags
     bode: Bode
     """What is drawn of it."""
+    here: str = ""
+    """As `fit`, on the record of the newest model; "" where it cannot simulate that one."""
+
+    def same_signals(self, other: Identified) -> bool:
+        """Whether both have the same input, output and sampling time."""
+        names = (self.input_name, self.output_name) == (other.input_name, other.output_name)
+        return names and self.same_time(other)
+
+    def same_time(self, other: Identified) -> bool:
+        """Whether both have the same sampling time, but for the jitter of clocks."""
+        return bool(np.isclose(self.dt_s or 0.0, other.dt_s or 0.0, rtol=1e-3, atol=0.0))
+
+
+def key_of(signal: str, place: int) -> str:
+    """Returns the key of a signal of the model at a place among `read_looks`; 0 is the newest."""
+    return f"{signal}_{place}" if place else signal
 
 
 def look_folder(session: Session) -> Path:
@@ -71,32 +109,73 @@ def look_folder(session: Session) -> Path:
 def write_look(
     session: Session, record: Record, result: IdentificationResult, data: IoData
 ) -> None:
-    """Writes what the page draws of an identification of a record."""
+    """Writes what the page draws of an identification of a record, and of the models before it.
+
+    A model of the same structure, record and signals as an earlier one takes its place.
+    """
     folder = look_folder(session)
     folder.mkdir(parents=True, exist_ok=True)
     free, ahead = result.simulated, result.one_step
     first, last = int(free.index[0]), int(free.index[-1]) + 1  # only the half that is judged by
     np.save(folder / f"{TIME}.npy", times_of(record)[first:last])
-    for name, index, values in (
-        (MEASURED, free.index, free.measured),
-        (SIMULATED, free.index, free.predicted),
-        (RESIDUAL, ahead.index, ahead.residual),
-    ):
+
+    def keep(key: str, index: npt.NDArray[np.int64], values: FloatArray) -> None:
         whole = np.full(last - first, np.nan)
-        whole[index - first] = np.where(np.isfinite(values), values, np.nan)
-        store(make_pyramid(whole), folder, name)
-    shown = Identified(
-        record.name,
-        data.input_name,
-        data.output_name,
-        model_line(result),
-        model_told(result, data.input_name, data.output_name, usual=True),
-        dynamics(result.chosen.model, result.dt_s),
-        lags(result.whiteness),
-        lags(result.independence),
-        model_bode(result, data),
+        inside = (index >= first) & np.isfinite(values)
+        whole[index[inside] - first] = values[inside]
+        store(make_pyramid(whole), folder, key)
+
+    keep(MEASURED, free.index, free.measured)
+    keep(RESIDUAL, ahead.index, ahead.residual)
+    earlier = read_looks(session)
+    chosen = result.chosen
+    newest = Identified(
+        number=1 + max((one.number for one in earlier), default=0),
+        record=record.name,
+        input_name=data.input_name,
+        output_name=data.output_name,
+        dt_s=result.dt_s,
+        orders=chosen.orders,
+        theta=chosen.model.theta.tolist(),
+        fit=simulation_cell(chosen.simulation_fit_percent),
+        line=model_line(result),
+        told=model_told(result, data.input_name, data.output_name, usual=True),
+        dynamics=dynamics(chosen.model, result.dt_s),
+        whiteness=lags(result.whiteness),
+        independence=lags(result.independence),
+        bode=model_bode(result, data),
     )
-    write_text(folder / FILE, json_text(shown))
+    others = []
+    for one in earlier:
+        if one.same_signals(newest) and (one.record, one.orders) == (record.name, chosen.orders):
+            newest = msgspec.structs.replace(newest, number=one.number)
+        else:
+            others.append(one)
+    models = []
+    for place, one in enumerate([newest, *others[: MOST_MODELS - 1]]):
+        run = free if place == 0 else _run(one, newest, data, result)
+        here = ""
+        if run is not None:
+            keep(key_of(SIMULATED, place), run.index, run.predicted)
+            keep(key_of(ERROR, place), run.index, run.residual)
+            here = simulation_cell(fit_percent(run.measured, run.predicted))
+        models.append(msgspec.structs.replace(one, here=here))
+    write_text(folder / FILE, json_text(models))
+
+
+def _run(
+    one: Identified, newest: Identified, data: IoData, result: IdentificationResult
+) -> Prediction | None:
+    """Simulates the half of the data that the newest model is judged by; None if it cannot."""
+    if not one.same_signals(newest):
+        return None
+    theta = np.array(one.theta)
+    unknown = np.full((theta.size, theta.size), np.nan)  # a simulation needs the parameters only
+    model = ArxModel(one.orders, theta, unknown, np.nan, np.nan, 0)
+    try:
+        return simulate(model, data.split(result.n_estimation / data.n_samples)[1])
+    except IdentificationError:  # the half is shorter than the history that the model needs
+        return None
 
 
 def times_of(record: Record) -> FloatArray:
@@ -106,9 +185,9 @@ def times_of(record: Record) -> FloatArray:
     return (record.dt_s or 1.0) * np.arange(len(record), dtype=np.float64)
 
 
-def read_look(session: Session) -> Identified | None:
-    """Returns what the page draws of the last identification; None without one."""
-    return read_json(look_folder(session) / FILE, Identified)
+def read_looks(session: Session) -> list[Identified]:
+    """Returns what the page draws of the models that are kept, the newest one in front."""
+    return read_json(look_folder(session) / FILE, list[Identified]) or []
 
 
 class Estimated(msgspec.Struct, frozen=True):

@@ -3,7 +3,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -19,15 +22,35 @@ from bokeh.models import (
 )
 from bokeh.plotting import figure
 
-from ehsid.harness.models.identification.dynamics import Dynamics, Root
+from ehsid.harness.catalogue.channels import TIME
+from ehsid.harness.models.identification.candidates import DIVERGES
+from ehsid.harness.models.identification.dynamics import Root
 from ehsid.harness.show.gap_plots import share_cursor
-from ehsid.harness.show.model_figures import Bode, Lags
+from ehsid.harness.show.model_figures import Lags
+from ehsid.harness.show.plotting import DASHES, ROLES
 from ehsid.harness.show.units import Shown, coefficient, column
 
+from .downsampling import opened
 from .look import COLOURS, THEMES, dress
-from .model_look import FACTOR, INNOVATION, INPUT, OUTPUT, EstimateLook, high, low
+from .model_look import (
+    ERROR,
+    FACTOR,
+    INNOVATION,
+    INPUT,
+    MEASURED,
+    OUTPUT,
+    RESIDUAL,
+    SIMULATED,
+    EstimateLook,
+    Identified,
+    high,
+    key_of,
+    low,
+)
 from .plots import Latest, Line, Panel, legend_above, stacked
 
+# Of the newest model and of those beside it, in the order in which they are drawn.
+MODEL_ROLES = ("calibrated", "second", "third")
 HEIGHT, CIRCLE, BESIDE = 300, 260, 95  # in pixels; beside the circle: axis and tools
 FARTHEST = 2.0  # from z = 0, that the plot of poles and zeros reaches
 SMALL, LARGE, AXIS = 150, 230, 30  # heights in pixels
@@ -35,11 +58,70 @@ MARGIN = 0.3  # of the range of the coefficients, above and below
 INNOVATIONS = 6.0  # times the RMSE, that the plot holds
 
 
-def poles_plot(model: Dynamics, theme: str) -> figure:
-    """Returns poles and zeros in the z plane with the unit circle."""
-    ink, colours = THEMES[theme], COLOURS[theme]
-    poles, zeros = map(_places, (model.poles, model.zeros))
-    places = np.concatenate((poles, zeros))
+@dataclass(frozen=True)
+class DrawnModel:
+    """A model that is drawn, the newest one or one beside it, with its colour in all plots."""
+
+    model: Identified
+    place: int
+    """Among the models that are kept; 0 is the newest one."""
+    role: str
+    """Key of `ROLES`."""
+
+    @property
+    def name(self) -> str:
+        """In legends."""
+        return f"model {self.model.number}"
+
+
+def drawn_models(models: Sequence[Identified], beside: Collection[int]) -> list[DrawnModel]:
+    """Returns the newest model, and those of these numbers that can be drawn with it."""
+    found = [
+        (place, one)
+        for place, one in enumerate(models)
+        if place == 0 or (one.number in beside and one.same_time(models[0]))
+    ]
+    return [
+        DrawnModel(one, place, role) for (place, one), role in zip(found, MODEL_ROLES, strict=False)
+    ]
+
+
+def simulation_plots(models: Sequence[DrawnModel], folder: Path, theme: str) -> Column:
+    """Returns measured and simulated output over time, and how far a simulation is away.
+
+    Of a single model the residual of its one-step prediction takes the place of the latter.
+    """
+    output = column(models[0].model.output_name)
+
+    def lines(signal: str) -> list[Line]:
+        return [
+            Line(
+                signal if len(models) == 1 else one.name,
+                opened(folder, key_of(signal, one.place)),
+                output.factor,
+                role="" if signal == RESIDUAL else one.role,  # dashes would hide what is so dense
+            )
+            for one in models
+            if len(models) == 1 or one.model.here not in ("", DIVERGES)
+        ]
+
+    below = RESIDUAL if len(models) == 1 else ERROR
+    label = "residual" if len(models) == 1 else "measured less simulated"
+    unit = f" in {output.unit}" if output.unit else ""
+    measured = Line(MEASURED, opened(folder, MEASURED), output.factor, role=MEASURED)
+    panels = [
+        Panel(output.label, [measured, *lines(SIMULATED)]),
+        Panel(label + unit, lines(below)),
+    ]
+    time_s = np.load(folder / f"{TIME}.npy", mmap_mode="r")
+    return stacked(panels, time_s, theme, "time in s").layout
+
+
+def poles_plot(models: Sequence[DrawnModel], theme: str) -> figure:
+    """Returns poles and zeros of models in the z plane with the unit circle."""
+    ink = THEMES[theme]
+    roots = [tuple(map(_places, (m.model.dynamics.poles, m.model.dynamics.zeros))) for m in models]
+    places = np.concatenate([one for pair in roots for one in pair])
     # A zero far away, which delays make, must not shrink the circle to a point.
     reach = min(max([1.25, *(1.15 * np.abs(places))]), FARTHEST)
     plot = figure(
@@ -58,16 +140,16 @@ def poles_plot(model: Dynamics, theme: str) -> figure:
     plot.line(np.cos(angle), np.sin(angle), color=ink["soft"])
     for dimension in ("width", "height"):
         plot.add_layout(Span(location=0.0, dimension=dimension, line_color=ink["line"]))
-    for roots, words, marker, colour in (
-        (poles, "poles", "x", colours[1]),
-        (zeros, "zeros", "circle", colours[0]),
-    ):
-        if roots.size:
-            plot.scatter(
-                "x", "y", marker=marker, size=12, line_color=colour, line_width=2.5,
-                fill_alpha=0.0, legend_label=words,
-                source={"x": roots.real, "y": roots.imag, "modulus": np.abs(roots)},
-            )  # fmt: skip
+    for one, pair in zip(models, roots, strict=True):
+        for at, words, marker in zip(pair, ("poles", "zeros"), ("x", "circle"), strict=True):
+            # Several models are known by their colours, which the legend tells of their poles.
+            told = words if len(models) == 1 else one.name if marker == "x" else ""
+            if at.size:
+                plot.scatter(
+                    "x", "y", marker=marker, size=12, line_width=2.5, fill_alpha=0.0,
+                    line_color=ROLES[theme][one.role], **({"legend_label": told} if told else {}),
+                    source={"x": at.real, "y": at.imag, "modulus": np.abs(at)},
+                )  # fmt: skip
     beyond = np.sum(np.maximum(np.abs(places.real), np.abs(places.imag)) > reach)
     if beyond:
         plot.title.text = f"{beyond} outside of the plot: see the table"
@@ -111,29 +193,35 @@ def correlation_plot(test: Lags, label: str, theme: str) -> figure:
     return _finished(plot, theme)
 
 
-def bode_plots(bode: Bode, gain_unit: str, theme: str) -> list[figure]:
+def bode_plots(models: Sequence[DrawnModel], gain_unit: str, theme: str) -> list[figure]:
     """Returns magnitude and phase over the frequency in Hz; grey is what the input did not excite.
 
     Parameters
     ----------
-    bode
-        the response.
+    models
+        the newest one, whose input tells what is grey, and others, which are only drawn if they
+        have its input and output.
     gain_unit
         unit of the magnitude 1, which is 0 dB; "" where it is not known.
     theme
         key of `THEMES`.
     """
-    f, colour = bode.frequency, COLOURS[theme][0]
+    newest = models[0].model
+    bode, f = newest.bode, newest.bode.frequency
+    drawn = [one for one in models if one.model.same_signals(newest)]
     shared = Range1d(f[0], f[-1], bounds=(f[0], f[-1]))
     reference = f" re 1 {gain_unit}" if gain_unit else ""
     plots = []
     for number, curve in enumerate(bode.curves):
         plot = figure(
-            height=HEIGHT - 70 + 40 * number,
+            height=HEIGHT - 70 + (40 if number else 30 * (len(models) > 1)),
             sizing_mode="stretch_width",
             x_axis_type="log",
             x_range=shared,
-            y_range=Range1d(*curve.ends),
+            y_range=Range1d(
+                min(one.model.bode.curves[number].ends[0] for one in drawn),
+                max(one.model.bode.curves[number].ends[1] for one in drawn),
+            ),
             tools="xpan,reset",
             toolbar_location=None if number else "above",
             y_axis_label=curve.label if number else curve.label + reference,
@@ -149,8 +237,16 @@ def bode_plots(bode: Bode, gain_unit: str, theme: str) -> list[figure]:
             grey = BoxAnnotation(left=left, right=right, fill_alpha=0.18, line_alpha=0.0)
             grey.fill_color = THEMES[theme]["soft"]
             plot.add_layout(grey)
-        plot.varea(f, curve.low, curve.high, fill_color=colour, fill_alpha=0.25)
-        plot.line(f, curve.middle, color=colour, line_width=2)
+        for one in drawn:
+            of, colour = one.model.bode, ROLES[theme][one.role]
+            here, alpha = of.curves[number], 0.25 if len(drawn) == 1 else 0.15
+            plot.varea(of.frequency, here.low, here.high, fill_color=colour, fill_alpha=alpha)
+            told: dict[str, Any] = {}
+            if len(models) > 1:
+                told["line_dash"] = DASHES[one.role]
+                if number == 0:
+                    told["legend_label"] = one.name
+            plot.line(of.frequency, here.middle, color=colour, line_width=2, **told)
         plots.append(_finished(plot, theme))
     share_cursor(plots)
     return plots

@@ -106,6 +106,8 @@ class ModelChoice(msgspec.Struct):
     """Settings of the policy by their names in Python; those not named have their defaults."""
     reset: bool = True
     """Whether the estimator begins anew where the RMSE shows a change."""
+    beside: list[int] = msgspec.field(default_factory=list)
+    """Numbers of the earlier models that are drawn with the newest one."""
 
     def __post_init__(self) -> None:
         """Checks what someone may have edited in the file.

@@ -177,6 +177,38 @@ def test_orders_that_are_no_range_are_told_and_not_taken(page: Any, machine: Ses
     assert five.count() == 0
 
 
+# The names in the legends of all plots, which are drawn on canvases.
+LEGENDS = """() => {
+  const found = [];
+  const walk = view => {
+    if (view.model?.type === "Legend") found.push(...view.model.items.map(one => one.label.value));
+    for (const child of view.children ? view.children() : []) walk(child);
+  };
+  for (const root of globalThis.Bokeh?.index.roots ?? []) walk(root);
+  return found;
+}"""
+
+
+def test_models_that_were_found_are_compared(page: Any, served: Served, machine: Session) -> None:
+    for order in ("2", "3"):
+        fill(page, "orders to try", order)
+        press(page, "Identify")
+        see(page, re.compile(rf"na = nb = {order}, nk = \d, offset; on the validation half"))
+    see(page, "Models found so far")
+    assert "model 1" not in page.evaluate(LEGENDS)
+    page.get_by_label("model 1", exact=True).check()
+    drawn = f"({LEGENDS})().filter(name => name === 'model 1').length === 3"
+    page.wait_for_function(drawn)  # over time, over the frequency, and in the z plane
+    see(page, "Poles and zeros of model 2")
+    reach(page, served, machine)
+    page.wait_for_function(drawn)
+    assert page.get_by_label("model 1", exact=True).is_checked()
+    assert page.evaluate("document.documentElement.scrollWidth") <= 1400
+    page.get_by_label("model 1", exact=True).uncheck()
+    page.wait_for_function(f"!({LEGENDS})().includes('model 1')")
+    assert kept(machine).beside == []
+
+
 def long_search(page: Any) -> None:
     fill(page, "orders to try", MANY[0])
     fill(page, "delays to try, in samples", MANY[1])

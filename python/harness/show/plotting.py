@@ -28,6 +28,8 @@ COMMAND, FRAME, GRID = "#6b7680", "#d5dae0", "#e9ecef"
 # The colour of each role on every page and in the workbench: what was measured, and what the
 # simulator gives as configured, with its values fitted, and with what was found.
 MEASURED, CONFIGURED, FITTED, FOUND = INK, VERMILION, BLUE, GREEN
+# Other models beside one that was fitted; what is configured or found is never drawn with them.
+SECOND, THIRD = VERMILION, PURPLE
 # By the names that the files have for them, on a light ground and on a dark one.
 ROLES = {
     "light": {
@@ -35,12 +37,16 @@ ROLES = {
         "nominal": CONFIGURED,
         "calibrated": FITTED,
         "augmented": FOUND,
+        "second": SECOND,
+        "third": THIRD,
     },
     "dark": {
         "measured": "#e6eaee",
         "nominal": "#e07c2d",
         "calibrated": "#4cace2",
         "augmented": "#1fa480",
+        "second": "#e07c2d",
+        "third": PURPLE,
     },
 }
 # Lines of the roles differ where no colour is seen, too.
@@ -49,6 +55,8 @@ DASHES: dict[str, Dash] = {
     "nominal": "dotted",
     "calibrated": "dashed",
     "augmented": "solid",
+    "second": "dotted",
+    "third": "solid",
 }
 
 # Decorates a function that makes a figure.

@@ -6,27 +6,27 @@ The part of the step Next that makes the header for the firmware.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import msgspec
-import numpy as np
 import panel as pn
 
 from ehsid.harness.base.encoding import from_json
 from ehsid.harness.catalogue.channels import TIME
 from ehsid.harness.models.identification.selection import MOST_DELAY, MOST_ORDER, parse_range
+from ehsid.harness.show.gap_words import first_upper
 from ehsid.harness.show.model_file_names import IDENTIFICATION_FILES
 from ehsid.harness.show.page import Block, Heading, Items
 from ehsid.harness.show.units import column, over, si_column
 
 from .. import look
-from ..downsampling import opened
 from ..flow import IDENTIFIED, step_states
-from ..model_look import MEASURED, RESIDUAL, SIMULATED, Identified, look_folder, read_look
-from ..model_plots import bode_plots, correlation_plot, poles_plot
+from ..model_look import look_folder, read_looks
+from ..model_plots import DrawnModel, bode_plots, correlation_plot, poles_plot, simulation_plots
 from ..next_tasks import FIRMWARE, MADE, HeaderMade
-from ..plots import Line, Panel, stacked
 from ..reading import reading_of
+from .models_found import ModelsFound
 from .step import StepView, progress
 
 FILE_WORDS = dict(
@@ -48,14 +48,16 @@ class Identification(StepView):
         self._start = self.button("Identify", primary=True)
         self._start.on_click(page.told(lambda event: self.workbench.identify(self.session)))
         self._cancel, self._status = self.follow("identify")
-        self._result = look.words("")
+        self._verdict, self._result = look.words(""), look.words("")
+        self._models = ModelsFound(page)
         self._drawn = pn.Column(sizing_mode="stretch_width")
         self._shown: object = None
         self._quiet = False
         chosen = look.beside(
             self._record, self._input, self._output, self._orders, self._delays, least="11rem"
         )
-        told = [chosen, pn.Row(self._start, self._cancel), self._status, self._result]
+        started = pn.Row(self._start, self._cancel)
+        told = [chosen, started, self._status, self._verdict, self._models.layout, self._result]
         self.layout.objects = [look.panes(told, [self._drawn], (2, 3))]
 
     def _select(self, words: str, name: str) -> pn.widgets.Select:
@@ -95,25 +97,31 @@ class Identification(StepView):
         path = self.session.folder / IDENTIFIED
         stale = "" if running else step_states(self.session)["model"].why
         version = path.stat().st_mtime_ns if path.exists() else 0
-        if (version, stale) == self._shown or (running and self._shown is not None):
+        shown = (version, stale, tuple(self._choice.beside))
+        if shown == self._shown or (running and self._shown is not None):
             return
-        self._shown = (version, stale)
-        found = read_look(self.session) if version else None
-        if found is None:
-            self._result.object = (
+        self._shown = shown
+        models = read_looks(self.session) if version else []
+        self._models.show(models)
+        if not models:
+            self._verdict.object = (
                 '<p class="soft">A linear model is fitted to one half of the record and judged on '
                 "the other half. This takes seconds. The step may be left out.</p>"
             )
-            self._drawn.objects = []
+            self._result.object, self._drawn.objects = "", []
             return
+        found = models[0]
         warned = f'<p class="bad">{look.plain(stale[0].upper() + stale[1:])}</p>' if stale else ""
         told = found.told
         blocks: list[Block] = [Heading("Why this one"), Items(told.reasons)]
         if told.advice:
             blocks += [Heading("Be careful"), Items(told.advice)]
-        verdict = f'<p class="verdict">{look.plain(f"{found.record}: {found.line}.")}</p>'
-        self._result.object = warned + verdict + look.told(*blocks)
-        self._drawn.objects = self._parts(found, version)
+        name = f"model {found.number}, " if len(models) > 1 else ""
+        words = look.plain(f"{first_upper(name)}{found.record}: {found.line}.")
+        verdict = f'<p class="verdict">{words}</p>'
+        self._verdict.object = warned + verdict
+        self._result.object = look.told(*blocks)
+        self._drawn.objects = self._parts(self._models.drawn(models), version)
 
     def _show_choices(self) -> None:
         entry = self.session.modelled()
@@ -134,47 +142,37 @@ class Identification(StepView):
         finally:
             self._quiet = False
 
-    def _parts(self, found: Identified, version: int) -> list[pn.viewable.Viewable]:
-        """Returns the plots and tables of a model."""
-        theme, folder, told = self.page.theme, look_folder(self.session), found.told
-        output = column(found.output_name)
-        roles = {MEASURED: "measured", SIMULATED: "calibrated"}
-        lines = [
-            Line(name, opened(folder, name), output.factor, role=role)
-            for name, role in roles.items()
-        ]
-        residual = Line(RESIDUAL, opened(folder, RESIDUAL), output.factor)
-        residual_unit = f" in {output.unit}" if output.unit else ""
-        panels = [Panel(output.label, lines), Panel(f"residual{residual_unit}", [residual])]
-        time_s = np.load(folder / f"{TIME}.npy", mmap_mode="r")
-        over_time = stacked(panels, time_s, theme, "time in s").layout
+    def _parts(self, models: Sequence[DrawnModel], version: int) -> list[pn.viewable.Viewable]:
+        """Returns the plots and tables of the newest model, with others beside it."""
+        theme, found = self.page.theme, models[0].model
+        told, of = found.told, f" of {models[0].name}" if len(models) > 1 else ""
         tests = (
             correlation_plot(found.whiteness, "autocorrelation", theme),
             correlation_plot(found.independence, "correlation with input", theme),
         )
         unit = over(si_column(found.output_name), si_column(found.input_name))
-        bode = bode_plots(found.bode, unit, theme)
+        bode = bode_plots(models, unit, theme)
         model: list[Block] = [
-            Heading("The servo"),
+            Heading(f"The servo{of}"),
             *told.servo,
-            Heading("Coefficients"),
+            Heading(f"Coefficients{of}"),
             told.coefficients,
         ]
-        model += [Heading("Poles and zeros"), told.roots]
+        model += [Heading(f"Poles and zeros{of}"), told.roots]
         return [
             look.words("<h2>Measured and simulated, on the half that was not fitted</h2>"),
-            over_time,
-            look.words(look.told(Heading("The residual"), Items(told.tests))),
-            look.side_by_side(*map(look.drawn, tests)),
-            look.side_by_side(
-                look.words(look.told(*model)),
-                pn.pane.Bokeh(poles_plot(found.dynamics, theme), margin=0),
-            ),
+            look.drawn(simulation_plots(models, look_folder(self.session), theme)),
             look.words(
                 "<h2>Frequency response</h2><p>With its 95 % band. Grey: frequencies at which the "
                 "input has next to no power; what the model says there is extrapolated.</p>"
             ),
             *map(look.drawn, bode),
+            look.side_by_side(
+                look.words(look.told(*model)),
+                pn.pane.Bokeh(poles_plot(models, theme), margin=0),
+            ),
+            look.words(look.told(Heading(f"The residual{of}"), Items(told.tests))),
+            look.side_by_side(*map(look.drawn, tests)),
             look.words(look.told(Heading("Orders tried"), told.orders) + self._links(version)),
         ]
 

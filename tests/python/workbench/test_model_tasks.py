@@ -70,8 +70,7 @@ def test_the_python_gives_the_same_files(
 
 
 def test_what_is_drawn_of_a_model_is_what_was_written(session: Session) -> None:
-    found = model_look.read_look(session)
-    assert found is not None
+    (found,) = model_look.read_looks(session)
     chosen = json.loads((session.folder / "model" / "identify.json").read_bytes())["chosen"]
     theta = chosen["model"]["theta"]
     for row, value in zip(found.told.coefficients.rows, theta, strict=True):

@@ -24,6 +24,7 @@ from .residuals import predict_one_step, simulate
 
 # A simulation with a fit below this diverges: its error is ten thousand times the motion.
 DIVERGES_PERCENT = -1e6
+DIVERGES = "diverges"
 
 
 def loss(residual: FloatArray) -> float:
@@ -89,7 +90,7 @@ def simulation_words(simulation_fit_percent: float) -> str:
 def simulation_cell(simulation_fit_percent: float) -> str:
     """Returns the fit of a simulation in per cent for a table."""
     if diverges(simulation_fit_percent):
-        return "diverges"
+        return DIVERGES
     return f"{simulation_fit_percent:.2f}"
 
 
