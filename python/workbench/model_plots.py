@@ -152,7 +152,8 @@ def poles_plot(models: Sequence[DrawnModel], theme: str) -> figure:
                 )  # fmt: skip
     beyond = np.sum(np.maximum(np.abs(places.real), np.abs(places.imag)) > reach)
     if beyond:
-        plot.title.text = f"{beyond} outside of the plot: see the table"
+        where = ": see the table" if len(models) == 1 else ""  # which has the newest model only
+        plot.title.text = f"{beyond} outside of the plot{where}"
     return _finished(plot, theme)
 
 
