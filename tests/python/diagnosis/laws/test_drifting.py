@@ -52,7 +52,13 @@ def test_a_flow_that_grows_is_seen_with_its_size(overlap: float) -> None:
     assert name == "valve.rated_flow_m3_s"
     # The prior pulls towards none, and a line of the logarithm is not one of the value.
     assert math.log1p(found) == pytest.approx(math.log1p(0.01 * SECONDS), rel=0.15)
-    assert f"{name} rose by" in drift.sentence
+    assert "as if rated flow of the valve rose by" in drift.sentence
+
+
+def test_what_changes_is_told_in_words() -> None:
+    names = ("effects.internal_leakage.coefficient_m3_s_pa", "effects.valve_lag.damping")
+    told = Drift(1.0, tuple((name, -0.25) for name in names)).sentence
+    assert "as if internal leakage fell by 25 %, or valve lag (damping) fell by 25 %." in told
 
 
 @pytest.mark.slow
