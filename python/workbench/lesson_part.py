@@ -24,7 +24,7 @@ from ehsid.harness.show.gap_words import (
     unit_of,
     value_name,
 )
-from ehsid.harness.show.page import Table, Tagged
+from ehsid.harness.show.page import Table, Tagged, whole
 
 from . import look
 from .flow import step_states
@@ -240,7 +240,7 @@ def outcome_html(session: Session, lesson: Lesson) -> str:
     ]
     report = f"/result/{session.name}/gap/report.html"
     return (
-        f'<p class="verdict">{look.plain(found.sentence)}</p>'
+        f'<p class="verdict">{look.plain(whole(found.sentence))}</p>'
         + look.told(Table("", ("", "effect", "size (interval of 90 %)"), rows))
         + f'<p class="soft">Seed of this lesson: {lesson.seed}. '
         f'<a href="{report}" target="_blank">Report of the diagnosis</a></p>'

@@ -13,7 +13,7 @@ import panel as pn
 
 from ehsid.harness.base.encoding import read_json
 from ehsid.harness.fitness.finding import RigCheckFile, WrittenCheck
-from ehsid.harness.show.page import Block, Heading, Items
+from ehsid.harness.show.page import Block, Heading, Items, whole
 from ehsid.harness.show.rig_check import check_table
 
 from .. import look
@@ -183,7 +183,7 @@ class GapStep(StepView):
         there = {name: one for name, one in FILE_WORDS.items() if (folder / name).exists()}
         stamp = int((folder / "diagnosis.json").stat().st_mtime)
         return (
-            f'{stale}<p class="verdict">{look.plain(found.sentence)}</p>'
+            f'{stale}<p class="verdict">{look.plain(whole(found.sentence))}</p>'
             f"{look.files(address, there)}",
             f'<iframe src="{address}/report.html?made={stamp}" title="Report of the diagnosis">'
             "</iframe>",

@@ -17,7 +17,7 @@ from ehsid.harness.catalogue.channels import TIME
 from ehsid.harness.models.identification.selection import MOST_DELAY, MOST_ORDER, parse_range
 from ehsid.harness.show.gap_words import first_upper
 from ehsid.harness.show.model_file_names import IDENTIFICATION_FILES
-from ehsid.harness.show.page import Block, Heading, Items
+from ehsid.harness.show.page import Block, Heading, Items, whole
 from ehsid.harness.show.units import column, over, si_column
 
 from .. import look
@@ -117,7 +117,7 @@ class Identification(StepView):
         if told.advice:
             blocks += [Heading("Be careful"), Items(told.advice)]
         name = f"model {found.number}, " if len(models) > 1 else ""
-        words = look.plain(f"{first_upper(name)}{found.record}: {found.line}.")
+        words = look.plain(whole(f"{first_upper(name)}{found.record}: {found.line}."))
         verdict = f'<p class="verdict">{words}</p>'
         self._verdict.object = warned + verdict
         self._result.object = look.told(*blocks)
