@@ -399,10 +399,6 @@ class RigStep(StepView):
         self._values.object = look.told(*blocks)
 
 
-def _origin(entry: Entry) -> str:
-    return "given" if entry.given else f'<span class="soft">typical: {look.plain(entry.why)}</span>'
-
-
 def _hint(question: Question) -> str:
     return f'<p class="soft small">{look.plain(question.why)}</p>' if question.why else ""
 
