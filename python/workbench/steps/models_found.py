@@ -71,7 +71,8 @@ def table(models: Sequence[Identified]) -> Table:
     rows: list[list[Cell]] = []
     for one in models:
         passed = sum(cell.kind == "good" for cell in one.told.tests)
-        tests = Tagged(f"{passed} of {len(one.told.tests)}", kind="good" if passed == 2 else "bad")
+        of = len(one.told.tests)
+        tests = Tagged(f"{passed} of {of}", kind="good" if passed == of else "bad")
         orders = f"{one.orders.na}, {one.orders.nb}, {one.orders.nk}"
         fits = [one.fit, one.here or "-"] if several else [one.fit]
         place = [one.record] if several else []
