@@ -41,7 +41,6 @@ def test_a_record_that_follows_the_oil_spring_keeps_its_own_estimate() -> None:
     rig, record = measured(1e-3)
     for name in ("position_m", "pressure_a_pa"):
         assert sensor_floor(record, name, rig) == floor_of(record, name)
-    # The differences of the position show the noise. The pressure moves faster.
     assert sensor_floor(record, "position_m", rig).seen
 
 
@@ -58,6 +57,11 @@ def test_a_slow_record_has_the_noise_that_the_rig_file_tells(dt_s: float) -> Non
         assert floor.high >= floor_of(record, name).value > NOISE[key]
         assert floor.low <= floor.value
         assert not floor.seen
+
+
+def test_differences_that_show_motion_do_not_show_the_noise() -> None:
+    assert not floor_of(measured(0.05)[1], "position_m").seen
+    assert floor_of(measured(1e-3)[1], "position_m").seen
 
 
 def test_a_slow_record_without_stated_noise_has_that_of_usual_sensors() -> None:
