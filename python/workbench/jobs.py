@@ -34,7 +34,7 @@ from ehsid.harness.rigs import Rig, read_rig
 
 from .reading import read_log
 from .session import Entry, Session
-from .so_far import forget, keep
+from .so_far import forget, keep, keep_found
 
 if TYPE_CHECKING:
     from ehsid.harness.diagnosis.result import Stage
@@ -302,6 +302,7 @@ def gap_task(folder: Path, *, report: Report) -> None:
         )
         report(1.0, "writing the report")
         write_diagnosis(new, diagnosis, records, str(session.rig_file))
+    keep_found(folder, diagnosis.runs)
     forget(folder)
 
 

@@ -215,6 +215,58 @@ def panes(
     return pn.Column(*held, stylesheets=[rules], sizing_mode="stretch_width")
 
 
+class Switch:
+    """A row of buttons, of which one is chosen: which of the sheets that fit one window is shown.
+
+    Attributes
+    ----------
+    layout
+        the row.
+    chosen
+        the name on the button that was pressed last; the first one until then, "" without any.
+    """
+
+    def __init__(self, changed: Callable[[], None]) -> None:
+        self.layout = pn.FlexBox(sizing_mode="stretch_width")
+        self.chosen = ""
+        self._changed = changed
+        self._buttons: dict[str, pn.widgets.Button] = {}
+
+    def offer(self, names: Sequence[str]) -> None:
+        """Offers these names; the chosen one stays where it is among them."""
+        if list(self._buttons) != list(names):
+            self._buttons = {name: button(name) for name in names}
+            for name, one in self._buttons.items():
+                one.on_click(lambda event, name=name: self.choose(name))
+            self.layout.objects = list(self._buttons.values())
+        self.choose(self.chosen if self.chosen in names else next(iter(names), ""))
+
+    def choose(self, name: str) -> None:
+        """Chooses a name, as a press on its button does."""
+        self.chosen = name
+        for key, one in self._buttons.items():
+            one.css_classes = ["sheet", "chosen"] if key == name else ["sheet"]
+        self._changed()
+
+
+def sheets(parts: Mapping[str, pn.viewable.Viewable]) -> pn.Column:
+    """Returns parts of which one is shown, below the switch that chooses it."""
+    held = {name: pn.Column(part, sizing_mode="stretch_width") for name, part in parts.items()}
+
+    def turn() -> None:
+        for name, one in held.items():
+            one.visible = name == switch.chosen
+
+    switch = Switch(turn)
+    switch.offer(list(held))
+    return pn.Column(switch.layout, *held.values(), sizing_mode="stretch_width")
+
+
+def title(name: str, purpose: str) -> pn.pane.HTML:
+    """Returns the title of a step, with what it is for beside it."""
+    return words(f'<div class="title"><h1>{name}</h1><p class="soft">{purpose}</p></div>')
+
+
 def plain(text: object) -> str:
     """Returns a text of others as HTML that says exactly this text."""
     return escape(printable(str(text)))

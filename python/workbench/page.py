@@ -19,7 +19,8 @@ from . import look
 from .equivalent import python, shown_commands
 from .flow import STEPS, StepState, next_step, step_states
 from .session import Session
-from .steps.check import CheckStep, GapStep
+from .steps.check import CheckStep
+from .steps.gap import GapStep
 from .steps.load import LoadStep
 from .steps.map import MapStep
 from .steps.next import NextStep
@@ -171,7 +172,7 @@ class Page:
             return
         self.key = key
         step = next(one for one in STEPS if one.key == key)
-        title = look.words(f'<h1>{step.title}</h1><p class="soft">{step.purpose}</p>')
+        title = look.title(step.title, step.purpose)
         head = look.beside(title, self._onward)
         self._onward.styles = {"flex": "0 1 auto"}
         parts = [head, self._problem, self._fold, self._equivalent]

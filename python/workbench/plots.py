@@ -72,7 +72,13 @@ class Stack:
     """Draws what is seen anew, after signals have changed."""
 
 
-def stacked(panels: Sequence[Panel], time_s: FloatArray | None, theme: str, axis: str) -> Stack:
+def stacked(
+    panels: Sequence[Panel],
+    time_s: FloatArray | None,
+    theme: str,
+    axis: str,
+    at_once: int | None = None,
+) -> Stack:
     """Returns plots one below the other, with one time axis.
 
     Parameters
@@ -85,6 +91,8 @@ def stacked(panels: Sequence[Panel], time_s: FloatArray | None, theme: str, axis
         key of `THEMES`.
     axis
         label of the time axis.
+    at_once
+        how many follow each other in a group that can be shown alone; None shows all.
     """
     size = max(_now(line.pyramid).values.size for panel in panels for line in panel.lines)
     last = float(size - 1) if time_s is None else float(time_s[-1])
@@ -92,17 +100,20 @@ def stacked(panels: Sequence[Panel], time_s: FloatArray | None, theme: str, axis
     shared = Range1d(first, max(last, first + 1e-9), bounds="auto")
     plots, updates, colours = [], [], COLOURS[theme]
     told: set[str] = set()
-    height = min(TALLEST, max(LOWEST, WINDOW // len(panels)))
+    at_once = at_once or len(panels)
+    height = min(TALLEST, max(LOWEST, WINDOW // at_once))
     for number, panel in enumerate(panels):
-        bottom = number == len(panels) - 1
+        top, bottom = number % at_once == 0, (number + 1) % at_once == 0
+        if top:
+            told.clear()
         plot = figure(
-            height=height + 30 * bottom + TOOLS * (number == 0),
+            height=height + 30 * bottom + TOOLS * top,
             sizing_mode="stretch_width",
             x_range=shared,
             tools="xpan,xwheel_zoom,xbox_zoom,reset",
             active_drag="xpan",
             active_scroll="xwheel_zoom",
-            toolbar_location="above" if number == 0 else None,
+            toolbar_location="above" if top else None,
             y_axis_label=printable(panel.label),
             x_axis_label=axis if bottom else None,
             output_backend="canvas",

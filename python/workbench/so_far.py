@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 import shutil
+from collections.abc import Sequence
 from pathlib import Path
 
 import msgspec
@@ -21,6 +22,7 @@ from ehsid.harness.diagnosis.result import HeldOutRun, Interim, Stage
 from .downsampling import make_pyramid, store
 
 FOLDER, FILE, TIME = "so_far", "so_far.json", "time"
+FOUND = Path("looks", "_gap")  # signals of the last diagnosis; no record can have this name
 SIMULATED = ("nominal", "calibrated", "augmented")
 ERROR = "_error"  # behind a kind of simulation: simulated minus measured
 MOST_SETS = 6
@@ -67,9 +69,7 @@ def forget(session: Path) -> None:
 def keep(session: Path, interim: Interim, past: list[Stage]) -> None:
     """Writes what is known at the begin of a stage into the folder of a session."""
     folder = session / FOLDER / f"{len(past):02d}"
-    folder.mkdir(parents=True)
-    for number, run in enumerate(interim.runs):
-        _store_run(folder, number, run)
+    runs = _store_runs(folder, interim.runs)
     far = interim.how_far
     known = SoFar(
         interim.stage,
@@ -80,13 +80,31 @@ def keep(session: Path, interim: Interim, past: list[Stage]) -> None:
         _number(far.noise_floor[1]),
         list(interim.ahead),
         [(list(effects), left) for effects, left in interim.sets[:MOST_SETS]],
-        [Run(run.record, list(run.measured)) for run in interim.runs],
+        runs,
     )
     write_text(folder / FILE, json_text(known))
 
 
+def keep_found(session: Path, runs: Sequence[HeldOutRun]) -> None:
+    """Writes the signals of a diagnosis that has ended, in place of those of an earlier one."""
+    shutil.rmtree(session / FOUND, ignore_errors=True)
+    write_text(session / FOUND / FILE, json_text(_store_runs(session / FOUND, runs)))
+
+
+def found_runs(session: Path) -> list[Run]:
+    """Returns which signals the last diagnosis has left; none where they are not kept."""
+    return read_json(session / FOUND / FILE, list[Run]) or []
+
+
 def _number(gap: float) -> float | None:
     return gap if math.isfinite(gap) else None
+
+
+def _store_runs(folder: Path, runs: Sequence[HeldOutRun]) -> list[Run]:
+    folder.mkdir(parents=True)
+    for number, run in enumerate(runs):
+        _store_run(folder, number, run)
+    return [Run(run.record, list(run.measured)) for run in runs]
 
 
 def _store_run(folder: Path, number: int, run: HeldOutRun) -> None:

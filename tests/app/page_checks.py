@@ -39,6 +39,22 @@ CUT_OFF = """() => {
   return found;
 }"""
 
+# What has to be scrolled down, but for texts of any length: a listing, and a page in its frame.
+SCROLLS = """() => {
+  const found = [], page = document.documentElement;
+  if (page.scrollHeight > page.clientHeight) found.push(`the page: ${page.scrollHeight} px`);
+  const look = root => {
+    for (const e of root.querySelectorAll("*")) {
+      if (e.shadowRoot) look(e.shadowRoot);
+      const held = ["auto", "scroll"].includes(getComputedStyle(e).overflowY) && !e.matches("pre");
+      if (held && e.clientHeight && e.scrollHeight > e.clientHeight + 1)
+        found.push(`${e.scrollHeight} px in ${e.clientHeight}: ${e.tagName}.${e.className}`);
+    }
+  };
+  look(document);
+  return found;
+}"""
+
 # Every text against what is behind it, as the contrast ratio of WCAG 2.1; 4.5 is its level AA.
 HARD_TO_READ = """() => {
   const parsed = colour => colour.match(/[\\d.]+/g).map(Number);

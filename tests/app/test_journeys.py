@@ -19,6 +19,7 @@ import numpy as np
 import pytest
 from app_sessions import ANSWERS, BENCH, german_log
 from log_files import write_excel, write_mat_structure, write_mf4
+from page_checks import SCROLLS
 from served_workbench import Served, children
 
 from ehsid.harness.rigs.questions import QUESTIONS
@@ -64,9 +65,15 @@ def test_from_a_german_log_to_the_verdict(page: Any, served: Any, tmp_path: Path
     press(page, "Next: Gap")
     press(page, "Start the diagnosis")
     see(page, "fitting the best effects at length")
+    page.get_by_role("button", name="Sets tried").wait_for()
+    assert page.evaluate(SCROLLS) == []
     see(page, "The gap is due to Coulomb friction")
     inside = page.frame_locator("iframe")
     inside.get_by_text("Measured and simulated").first.wait_for()
+    press(page, "Pressure B")  # the signals, one output at a time
+    page.locator("iframe").wait_for(state="hidden")
+    page.locator("main canvas:visible").first.wait_for()
+    assert page.evaluate(SCROLLS) == []
     assert page.get_by_role("button", name="Start the diagnosis again").is_enabled()
     assert session_of(served).settings.made_of.keys() == {"check", "gap"}
 

@@ -1,26 +1,21 @@
 # SPDX-License-Identifier: MIT
-"""Check: what these records can and cannot show, before anything is fitted.
-
-Gap: the diagnosis, with a time to go and to be cancelled, and its report.
-"""
+"""Check: what these records can and cannot show, before anything is fitted."""
 
 from __future__ import annotations
 
 from typing import Any
 
-import msgspec
 import panel as pn
 
 from ehsid.harness.base.encoding import read_json
 from ehsid.harness.fitness.finding import RigCheckFile, WrittenCheck
-from ehsid.harness.show.page import Block, Heading, Items, whole
+from ehsid.harness.show.page import Block, Heading, Items
 from ehsid.harness.show.rig_check import check_table
 
 from .. import look
 from ..check_look import factors_plot, speeds_plot
 from ..flow import step_states
 from ..jobs import REMARKS, Said
-from .next import SoFarView
 from .step import StepView, progress
 
 
@@ -112,79 +107,3 @@ def _of_record(check: WrittenCheck, remarks: list[str]) -> str:
 
 def _items(title: str, items: list[str]) -> list[Block]:
     return [Heading(title), Items(list(dict.fromkeys(items)))] if items else []
-
-
-FILE_WORDS = {
-    "report.html": "report, to be sent and read without ehsid",
-    "diagnosis.json": "all numbers",
-    "simulation.csv": "measured and simulated, sample by sample",
-    "rig.augmented.toml": "rig file with the values and effects that were found",
-    "next_experiment.csv": "command of the next experiment",
-}
-
-
-class Sentence(msgspec.Struct):
-    """What the page itself reads of a diagnosis."""
-
-    sentence: str = ""
-
-
-class GapStep(StepView):
-    """The page of the step."""
-
-    def __init__(self, page: Any) -> None:
-        super().__init__(page)
-        self._start = self.button("Start the diagnosis", primary=True)
-        self._start.on_click(page.told(lambda event: self.workbench.diagnose(self.session)))
-        self._cancel, self._status = self.follow("gap")
-        self._plan, self._result, self._report = (look.words("") for _ in range(3))
-        self._so_far = SoFarView(self.session.folder, page.theme)
-        work = [
-            self._plan,
-            pn.Row(self._start, self._cancel),
-            self._status,
-            self._result,
-            self._so_far.known,
-        ]
-        self.layout.objects = [look.panes(work, [self._so_far.plots, self._report], (2, 5))]
-
-    def refresh(self) -> None:
-        """Shows how the diagnosis goes, and what it found."""
-        job = self.workbench.job(self.session, "gap")
-        running = job is not None and job.running
-        state = step_states(self.session)["gap"]
-        self._start.disabled = running
-        self._start.name = "Start the diagnosis again" if state.done else "Start the diagnosis"
-        self._cancel.visible = running
-        self._status.object = progress(job)
-        entries = self.session.settings.records
-        fitted = [entry.id for entry in entries if not entry.held_out]
-        held_out = [entry.id for entry in entries if entry.held_out]
-        judged = f"judged by {', '.join(held_out)}" if held_out else "judged by blocks held out"
-        self._plan.object = (
-            f"<p>Fitted: {look.plain(', '.join(fitted))}; {look.plain(judged)}. "
-            '<span class="soft">It takes minutes. The page may be closed or reloaded meanwhile.'
-            "</span></p>"
-        )
-        self._so_far.refresh(running=running)
-        result, report = ("", "") if running else self._found(state.why)
-        for part, html in ((self._result, result), (self._report, report)):
-            if part.object != html:
-                part.object = html
-
-    def _found(self, why: str) -> tuple[str, str]:
-        """Returns the sentence with the files, and the report, as HTML."""
-        folder = self.session.folder / "gap"
-        found = read_json(folder / "diagnosis.json", Sentence)
-        if found is None:
-            return "", ""
-        stale = f'<p class="bad">{look.plain(why)}</p>' if why else ""
-        address = f"/result/{self.session.name}/gap"
-        there = {name: one for name, one in FILE_WORDS.items() if (folder / name).exists()}
-        stamp = int((folder / "diagnosis.json").stat().st_mtime)
-        return (
-            f'{stale}<p class="verdict">{look.plain(whole(found.sentence))}</p>'
-            f"{look.files(address, there)}",
-            f'<iframe src="{address}/report.html?made={stamp}" title="Report of the diagnosis">'
-            "</iframe>",
-        )

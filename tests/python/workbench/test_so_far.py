@@ -13,7 +13,18 @@ from msgspec.structs import replace as replace_part
 from ehsid.harness.diagnosis.result import HeldOutRun, Interim
 from ehsid.harness.diagnosis.schema import HowFar, Value
 from ehsid.workbench.downsampling import opened
-from ehsid.workbench.so_far import ERROR, FILE, FOLDER, forget, keep, key, latest
+from ehsid.workbench.so_far import (
+    ERROR,
+    FILE,
+    FOLDER,
+    FOUND,
+    forget,
+    found_runs,
+    keep,
+    keep_found,
+    key,
+    latest,
+)
 
 WINDOW = np.array([-1, 0, 0, 1])
 RUN = HeldOutRun(
@@ -62,6 +73,18 @@ def test_the_last_stage_that_is_whole_counts(tmp_path: Path) -> None:
     assert found[1].stage == "alone"
     forget(tmp_path)
     assert latest(tmp_path) is None
+
+
+def test_signals_of_a_diagnosis_take_the_place_of_earlier_ones(tmp_path: Path) -> None:
+    assert found_runs(tmp_path) == []
+    keep_found(tmp_path, [RUN, replace(RUN, record="second")])
+    keep_found(tmp_path, [replace(RUN, record="later")])
+    assert [(run.record, run.outputs) for run in found_runs(tmp_path)] == [
+        ("later", ["position_m"])
+    ]
+    kept = opened(tmp_path / FOUND, key(0, 0, "nominal")).values
+    np.testing.assert_array_equal(kept, [np.nan, 0.0, 0.0, 0.0])
+    assert not (tmp_path / FOUND / "1_time.npy").exists()
 
 
 def test_a_simulation_that_diverges_has_no_gap(tmp_path: Path) -> None:
