@@ -12,18 +12,11 @@ from typing import Any
 import panel as pn
 
 from ehsid.harness.base.files import write_text
+from ehsid.harness.catalogue.parameters import plain_name, size_name
 from ehsid.harness.catalogue.spellings import ParameterKey
 from ehsid.harness.diagnosis.schema import DiagnosisFile, read_diagnosis_file
 from ehsid.harness.rigs import read_rig, rig_text
-from ehsid.harness.show.gap_words import (
-    effect_set,
-    first_upper,
-    interval,
-    plain_name,
-    quantity,
-    unit_of,
-    value_name,
-)
+from ehsid.harness.show.gap_words import effect_set, first_upper, interval, quantity, unit_of
 from ehsid.harness.show.page import Table, Tagged, whole
 
 from . import look
@@ -232,7 +225,9 @@ def outcome_html(session: Session, lesson: Lesson) -> str:
     """Returns the outcome of a lesson whose diagnosis holds, as HTML."""
     found = read_diagnosis_file(session.folder / "gap" / "diagnosis.json")
     effect, sizes = truth(read_rig(session.rig_file), lesson.seed)
-    sizes_told = [f"{_name(key)}: {quantity(size, unit_of(key), 3)}" for key, size in sizes.items()]
+    sizes_told = [
+        f"{size_name(key)}: {quantity(size, unit_of(key), 3)}" for key, size in sizes.items()
+    ]
     rows: list[tuple[str | Tagged, ...]] = [
         ("your guess", _marked(_guess(lesson), lesson.guess == effect), ""),
         ("the diagnosis", _marked(named(found), is_found(found, effect)), _found_sizes(found)),
@@ -282,9 +277,5 @@ def _found_sizes(found: DiagnosisFile) -> str:
         for name, size in effect.parameters.items():
             key = ParameterKey.of_effect(effect.id, name)
             value, ends = interval(size, unit_of(key))
-            lines.append(f"{_name(key)}: {value} ({ends})")
+            lines.append(f"{size_name(key)}: {value} ({ends})")
     return "; ".join(lines)
-
-
-def _name(key: str) -> str:
-    return value_name(key).partition(": ")[2]

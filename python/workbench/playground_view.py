@@ -16,10 +16,11 @@ import panel as pn
 
 import ehsid
 from ehsid.harness.catalogue.channels import CHANNELS
+from ehsid.harness.catalogue.parameters import plain_name, size_name
 from ehsid.harness.catalogue.spellings import ParameterKey
 from ehsid.harness.records import Record
 from ehsid.harness.rigs import Rig
-from ehsid.harness.show.gap_words import first_upper, plain_name, value_name
+from ehsid.harness.show.gap_words import first_upper
 from ehsid.harness.show.units import column
 from ehsid.harness.signals.simulation import simulate
 
@@ -136,7 +137,7 @@ class EffectSliders:
             sizes[key] = size
             self._changed()
 
-        words = value_name(key).partition(": ")[2]
+        words = size_name(key)
         sliding = slider_values(parameter)
         return look.size_slider(words, parameter.unit, sliding, sizes[key], self._told(moved))
 

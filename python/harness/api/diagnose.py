@@ -15,6 +15,7 @@ from .. import records
 from ..base.files import result_folder
 from ..base.parallel import workers as using
 from ..catalogue.channels import CHANNELS, POSITION, REQUIRED_COLUMNS
+from ..catalogue.parameters import plain_name
 from ..diagnosis.edits import EditTest, Twin, edit_test, parse_edits
 from ..diagnosis.options import DiagnosisChoices, DiagnosisOptions
 from ..diagnosis.result import diagnosis_file
@@ -23,7 +24,7 @@ from ..diagnosis.user_simulator import engine_of
 from ..records import read_record
 from ..records.errors import nearest_name
 from ..records.record import told_apart
-from ..show.gap_words import plain_name, summary_tables, told_reasons, told_remarks
+from ..show.gap_words import summary_tables, told_reasons, told_remarks
 from ..show.page import Items, Told
 from ..show.units import percent
 from ..show.verdict_words import VERDICTS

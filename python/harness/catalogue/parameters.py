@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import re
 from functools import cache
 from types import MappingProxyType
 from typing import NamedTuple
@@ -20,10 +21,40 @@ _NAMES = MappingProxyType(
 )
 
 
-def effect_name(identifier: str) -> str:
-    """Returns an id in words; names of people begin with a capital letter."""
+def plain_name(identifier: str) -> str:
+    """Returns an id, or the name of a value, in words; names of people begin with a capital."""
     words = _NAMES.get(identifier, identifier.replace("_", " "))
-    return words.replace("coulomb", "Coulomb").replace("stribeck", "Stribeck")
+    words = words.replace("coulomb", "Coulomb").replace("stribeck", "Stribeck")
+    return re.sub(r" [ab]\b", lambda side: side[0].upper(), words)
+
+
+def size_name(name: str) -> str:
+    """Returns a full name in words, without the unit, and without the effect that has this size."""
+    info = plant_parameters().get(name)
+    if info is not None and info.called:
+        return info.called
+    ending = "" if info is None or info.unit == "1" else "_" + _suffix(info.unit)
+    return plain_name(ParameterKey(name).parameter.removesuffix(ending))
+
+
+def _suffix(unit: str) -> str:
+    """Returns the form of a unit at the end of a name, such as "m3_s" for "m^3/s"."""
+    return re.sub(r"[/ ]", "_", re.sub(r"[\^()]", "", unit.lower()))
+
+
+def value_name(name: str) -> str:
+    """Returns a full name in words, without the unit; before the size of an effect, the effect."""
+    effect = ParameterKey(name).effect
+    return size_name(name) if effect is None else f"{plain_name(effect)}: {size_name(name)}"
+
+
+def name_in_sentence(name: str) -> str:
+    """Returns a full name in words; for the size of an effect that has no other, the effect."""
+    effect = ParameterKey(name).effect
+    if effect is None:
+        return size_name(name)
+    has_one = len(effects()[effect].parameters) == 1
+    return plain_name(effect) if has_one else f"{plain_name(effect)} ({size_name(name)})"
 
 
 # Subsystems that a plant does not have. A motor needs neither valve nor oil. In the linear model,

@@ -47,7 +47,7 @@ def excite_command(
 
     Example: ehsid excite rig.toml --for internal_leakage --pressures --out leak.csv
     """
-    from ..catalogue.parameters import effect_name, effects
+    from ..catalogue.parameters import effects, plain_name
     from ..diagnosis import signals_for
     from ..records.record import record_bytes
     from ..rigs import read_rig
@@ -71,7 +71,7 @@ def excite_command(
         return
     console = Console()
     rows = [(one.description, seen_from(one.seen)) for one in shown[:LISTED]]
-    print_blocks([Table("", ("signal", f"shows {effect_name(effect)}"), rows)], console)
+    print_blocks([Table("", ("signal", f"shows {plain_name(effect)}"), rows)], console)
     best = shown[0]
     if best.seen.limit == "none":
         console.print("no signal shows it at a size that a servo has; log more sensors")

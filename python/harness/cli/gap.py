@@ -44,7 +44,8 @@ def print_diagnosis(
 
     shown: remarks that the user has seen already, which are not printed again.
     """
-    from ..show.gap_words import effect_set, plain_name, summary_tables, told_reasons, told_remarks
+    from ..catalogue.parameters import plain_name
+    from ..show.gap_words import effect_set, summary_tables, told_reasons, told_remarks
     from ..show.seen_words import seen_sentence
     from ..show.units import percent
     from ..show.verdict_words import VERDICTS

@@ -20,7 +20,7 @@ import ehsid
 
 from ..base.error_words import printable
 from ..catalogue.channels import CHANNELS, COMMAND
-from ..catalogue.parameters import effect_name, parameter_keys, plant_parameters
+from ..catalogue.parameters import parameter_keys, plain_name, plant_parameters
 from ..catalogue.spellings import ParameterKey
 from ..records.units import base_exponents
 from ..rigs import Rig
@@ -107,7 +107,7 @@ def _of_catalogue(rig: Rig, start: Sequence[float]) -> list[_Parameter]:
 
 
 def _called(key: ParameterKey, info: ehsid.PlantParameter) -> str:
-    return info.called if key.effect is None else effect_name(key.effect)
+    return info.called if key.effect is None else plain_name(key.effect)
 
 
 def _of_tables(rig: Rig, first: int) -> list[_Parameter]:
@@ -153,7 +153,7 @@ class SimulatorFmu:
     def write(self, path: Path) -> str:
         """Writes the archive, and returns what it holds, in words."""
         held = held_in_words(write_fmu(path, self.files, name=self.name, fmi=self.fmi), self.fmi)
-        on = [effect_name(effect) for effect in self.rig.effects()] + [
+        on = [plain_name(effect) for effect in self.rig.effects()] + [
             f"table {name}" for name in self.rig.tables
         ]
         return (

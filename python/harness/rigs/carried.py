@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping
 from typing import TYPE_CHECKING
 
-from ..catalogue.parameters import effect_name, effects
+from ..catalogue.parameters import effects, plain_name
 from ..catalogue.spellings import ParameterKey
 from ..simulators.description import FmuError, read_description
 from .simulator_section import SimulatorSection
@@ -125,6 +125,6 @@ def simulator_notes(rig: Rig) -> tuple[str, ...]:
     reasons: dict[str, list[str]] = {}
     for effect, reason in carried(rig).items():
         if reason is not None:
-            reasons.setdefault(reason, []).append(effect_name(effect))
+            reasons.setdefault(reason, []).append(plain_name(effect))
     notes += [f"cannot be judged: {', '.join(names)}: {why}" for why, names in reasons.items()]
     return tuple(notes)

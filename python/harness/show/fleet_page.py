@@ -14,10 +14,11 @@ from matplotlib.figure import Figure
 from ..base.encoding import json_text
 from ..base.error_words import printable
 from ..base.files import write_text
+from ..catalogue.parameters import plain_name, size_name
 from ..catalogue.spellings import ParameterKey
 from ..fleet import Fleet, Machine
 from . import rendering
-from .gap_words import effect_set, interval, named_effect, plain_name, unit_of, value_name
+from .gap_words import effect_set, interval, named_effect, unit_of
 from .page import Block, Cell, Link, Page, Picture, Section, Table, Tagged
 from .plotting import BLUE, GREY, ORANGE, styled
 from .units import percent
@@ -188,7 +189,7 @@ def _cell(machine: Machine, effect: str) -> str:
             for name, size in named.parameters.items():
                 key = ParameterKey.of_effect(effect, name)
                 value, ends = interval(size, unit_of(key))
-                sizes.append(f"{value_name(key).partition(': ')[2]} {value} ({ends})")
+                sizes.append(f"{size_name(key)} {value} ({ends})")
             return "; ".join(sizes) or "named"
     return "explains the records as well as what was named" if effect in machine.rivals else ""
 

@@ -32,14 +32,14 @@ from bokeh.plotting import figure
 
 from ..base.numbers import FloatArray
 from ..catalogue.channels import shown_channel
-from ..catalogue.parameters import plant_parameters
+from ..catalogue.parameters import plain_name, plant_parameters, value_name
 from ..catalogue.spellings import ParameterKey
 from ..diagnosis.edits import EditRun
 from ..diagnosis.result import Diagnosis, HeldOutRun
 from ..diagnosis.schema import Calibrated, Estimate, HowFar
 from ..diagnosis.schema import Span as ShareOfTime
 from ..records import Record
-from .gap_words import SIMULATIONS, first_upper, interval, plain_name, quantity, unit_of, value_name
+from .gap_words import SIMULATIONS, first_upper, interval, quantity, unit_of
 from .page import Bar, Block, Column, Folded, Heading, Mark, Plot, Scale, Table, Tagged, Timeline
 from .plotting import COMMAND, DASHES, FOUND, FRAME, GREY, GRID, ROLES, kept_samples
 from .units import percent, percent_ends

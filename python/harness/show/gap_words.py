@@ -7,12 +7,11 @@ Tables of a diagnosis in brief, as the command and the Python interface show the
 from __future__ import annotations
 
 import math
-import re
 from collections.abc import Iterator, Sequence
 from types import MappingProxyType
 
 from ..catalogue.channels import shown_channel
-from ..catalogue.parameters import effect_name, plant_parameters
+from ..catalogue.parameters import plain_name, plant_parameters, value_name
 from ..catalogue.spellings import ParameterKey
 from ..diagnosis.result import Diagnosis
 from ..diagnosis.schema import Candidate, Estimate, HowFar, Remark
@@ -85,11 +84,6 @@ SIMULATIONS = MappingProxyType(
 )
 
 
-def plain_name(identifier: str) -> str:
-    """Returns an effect id or the name of a value in words."""
-    return re.sub(r" [ab]\b", lambda side: side[0].upper(), effect_name(identifier))
-
-
 def effect_set(effects: tuple[str, ...]) -> str:
     """Returns a set of effects in words."""
     return " + ".join(plain_name(effect) for effect in effects) or "no effect"
@@ -120,22 +114,6 @@ def candidate_notes(candidates: Sequence[Candidate]) -> str:
 def nats_behind(candidate: Candidate, other: Candidate) -> str:
     """Returns by how many nats a candidate is behind another one; negative if it is ahead."""
     return f"{round(candidate.score - other.score, 1) + 0.0:.1f}"
-
-
-def value_name(name: str) -> str:
-    """Returns a full name in words, without the unit; before the size of an effect, the effect."""
-    key = ParameterKey(name)
-    info = plant_parameters().get(key)
-    ending = "" if info is None or info.unit == "1" else "_" + _suffix(info.unit)
-    called = "" if info is None else info.called
-    what = called or plain_name(key.parameter.removesuffix(ending))
-    return what if key.effect is None else f"{plain_name(key.effect)}: {what}"
-
-
-def _suffix(unit: str) -> str:
-    """Returns the form of a unit at the end of a name, such as "m3_s" for "m^3/s"."""
-    text = unit.lower().replace("^", "").replace("(", "").replace(")", "")
-    return text.replace("/", "_").replace(" ", "_")
 
 
 def unit_of(name: str) -> str:

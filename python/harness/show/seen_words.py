@@ -5,10 +5,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from ..catalogue.parameters import effects, plant_parameters
+from ..catalogue.parameters import effects, plain_name, plant_parameters, size_name
 from ..catalogue.spellings import ParameterKey
 from ..diagnosis.schema import CouldBeSeen
-from .gap_words import named_effect, plain_name, quantity, unit_of, value_name
+from .gap_words import named_effect, quantity, unit_of
 from .page import Block, Folded, Table
 from .units import percent
 
@@ -63,7 +63,7 @@ def seen_table(seen: Sequence[CouldBeSeen]) -> Table:
     for one in seen:
         names = {name: ParameterKey.of_effect(one.id, name) for name in one.sizes}
         beside = [
-            f"{value_name(key).partition(': ')[2]} {seen_size(key, one.sizes[name])}"
+            f"{size_name(key)} {seen_size(key, one.sizes[name])}"
             for name, key in names.items()
             if name != one.parameter and one.sizes[name] != 0.0
         ]

@@ -12,12 +12,13 @@ from pathlib import Path
 from ..base.csv_text import csv_text
 from ..base.files import write_text
 from ..catalogue.channels import shown_channel
+from ..catalogue.parameters import plain_name
 from ..catalogue.spellings import ParameterKey
 from ..diagnosis.result import Diagnosis, diagnosis_text
 from ..records import Record
 from .gap_page import simulation_table
 from .gap_plots import run_blocks
-from .gap_words import first_upper, interval, plain_name, quantity, unit_of
+from .gap_words import first_upper, interval, quantity, unit_of
 from .page import Block, Fact, Facts, Folded, Heading, Items, Note, Page, Section, Table
 from .record_figure import gap_picture
 from .rendering import render_page

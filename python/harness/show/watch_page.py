@@ -15,11 +15,12 @@ from matplotlib.figure import Figure
 
 from ..base.encoding import json_text
 from ..base.files import write_text
+from ..catalogue.parameters import value_name
 from ..diagnosis.schema import Estimate
 from ..watch.tracking import GAP, SERVO
 from ..watch.watching import Watch, WatchedChange, WatchedMachine, WatchedQuantity
 from . import rendering
-from .gap_words import first_upper, in_shown_unit, interval, quantity, unit_of, value_name
+from .gap_words import first_upper, in_shown_unit, interval, quantity, unit_of
 from .page import Block, Cell, Heading, Items, Page, Picture, Section, Table, Tagged
 from .plotting import BLUE, GREY, VERMILION, styled
 

@@ -16,23 +16,14 @@ import numpy.typing as npt
 from bokeh.models import Whisker
 from bokeh.plotting import figure
 
-from ..catalogue.parameters import effects
+from ..catalogue.parameters import effects, plain_name, size_name, value_name
 from ..catalogue.spellings import ParameterKey
 from ..diagnosis.result import Diagnosis, UnknownInput
 from ..diagnosis.schema import SUBSYSTEM_TAKES_PART, Estimate, HowFar
 from ..records import Origin
 from ..rigs.rig import OF_TERM, OF_VARIABLE, TERM_WORDS, VARIABLE_WORDS, table_words
 from .gap_plots import quiet_axes, share_bar, subsystem_bars, timelines
-from .gap_words import (
-    chosen,
-    effect_set,
-    first_upper,
-    interval,
-    named_effects,
-    plain_name,
-    unit_of,
-    value_name,
-)
+from .gap_words import chosen, effect_set, first_upper, interval, named_effects, unit_of
 from .page import (
     Bars,
     Beside,
@@ -295,7 +286,7 @@ def _sizes(diagnosis: Diagnosis) -> str:
         for name, size in list(effect.parameters.items())[:1]:
             key = ParameterKey.of_effect(effect.id, name)
             value, ends = interval(size, unit_of(key))
-            words += f"; {value_name(key).partition(': ')[2]} {value} ({ends})"
+            words += f"; {size_name(key)} {value} ({ends})"
         sentences.append(f"{words}.")
     return " ".join(sentences)
 

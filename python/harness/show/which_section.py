@@ -13,7 +13,7 @@ from bokeh.models import Legend
 from bokeh.plotting import figure
 
 from ..catalogue.channels import shown_channel
-from ..catalogue.parameters import effects
+from ..catalogue.parameters import effects, plain_name, value_name
 from ..catalogue.spellings import ParameterKey
 from ..diagnosis.result import Diagnosis
 from ..diagnosis.schema import Candidate, Effect, MissingLaw
@@ -29,10 +29,8 @@ from .gap_words import (
     named_effect,
     named_effects,
     nats_behind,
-    plain_name,
     quantity,
     unit_of,
-    value_name,
 )
 from .page import Block, Card, Code, Folded, Heading, Items, Note, Plot, Section, Table, Tagged
 from .plotting import FOUND, FRAME, GREY

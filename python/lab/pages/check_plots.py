@@ -14,8 +14,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure as Drawing
 from matplotlib.ticker import FuncFormatter
 
+from ehsid.harness.catalogue.parameters import plain_name
 from ehsid.harness.diagnosis.edits.testing import AGREES
-from ehsid.harness.show.gap_words import plain_name
 from ehsid.harness.show.page import Table, Tagged
 from ehsid.harness.show.plotting import BLUE, GREEN, GREY, GRID, VERMILION, draw_numbers, styled
 

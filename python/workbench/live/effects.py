@@ -9,10 +9,10 @@ import numpy as np
 
 import ehsid
 from ehsid.harness.base.numbers import FloatArray
-from ehsid.harness.catalogue.parameters import acts_on, effects
+from ehsid.harness.catalogue.parameters import acts_on, effects, value_name
 from ehsid.harness.catalogue.spellings import ParameterKey
 from ehsid.harness.rigs import Rig
-from ehsid.harness.show.gap_words import quantity, unit_of, value_name
+from ehsid.harness.show.gap_words import quantity, unit_of
 
 from ..playground import FAR, STEPS
 

@@ -8,8 +8,9 @@ from typing import Any
 
 import panel as pn
 
+from ehsid.harness.catalogue.parameters import value_name
 from ehsid.harness.rigs import Rig
-from ehsid.harness.show.gap_words import first_upper, value_name
+from ehsid.harness.show.gap_words import first_upper
 
 from .. import look
 from ..look import in_columns

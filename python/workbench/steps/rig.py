@@ -17,7 +17,7 @@ import panel as pn
 
 from ehsid.harness.base.error_words import printable
 from ehsid.harness.base.files import result_files, write_text
-from ehsid.harness.catalogue.parameters import plant_parameters
+from ehsid.harness.catalogue.parameters import plant_parameters, value_name
 from ehsid.harness.catalogue.spellings import ParameterKey
 from ehsid.harness.diagnosis.schema import DiagnosisFile
 from ehsid.harness.rigs import Rig, RigError, read_rig
@@ -34,7 +34,7 @@ from ehsid.harness.rigs.questions import (
 from ehsid.harness.rigs.rig import table_words
 from ehsid.harness.rigs.rig_file import Change, Entry, changes
 from ehsid.harness.rigs.simulator_section import own_name
-from ehsid.harness.show.gap_words import first_upper, quantity, unit_of, value_name
+from ehsid.harness.show.gap_words import first_upper, quantity, unit_of
 from ehsid.harness.show.page import Block, Folded, Heading, Items, Table, Tagged
 
 from .. import look

@@ -7,17 +7,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import ehsid
-from ehsid.harness.catalogue.parameters import belongs_to, effects
+from ehsid.harness.catalogue.parameters import belongs_to, effects, plain_name, value_name
 from ehsid.harness.diagnosis.schema import Estimate
-from ehsid.harness.show.gap_words import (
-    effect_set,
-    interval,
-    number,
-    plain_name,
-    quantity,
-    unit_of,
-    value_name,
-)
+from ehsid.harness.show.gap_words import effect_set, interval, number, quantity, unit_of
 
 LOWERED = str.maketrans("⁻⁰¹²³⁴⁵⁶⁷⁸⁹", "-0123456789")
 

@@ -13,7 +13,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Literal
 
-from ...catalogue.parameters import effect_name, effects, plant_parameters
+from ...catalogue.parameters import effects, plain_name, size_name
 from ...catalogue.spellings import ParameterKey
 from ...rigs import Rig
 from ..deciding import TOLD
@@ -29,7 +29,7 @@ OPEN = 0.2
 
 def in_words(effects: Sequence[str]) -> str:
     """Returns the ids of effects as a list in words."""
-    words = [effect_name(effect) for effect in effects]
+    words = [plain_name(effect) for effect in effects]
     return words[0] if len(words) == 1 else ", ".join(words[:-1]) + " and " + words[-1]
 
 
@@ -203,11 +203,8 @@ def _sizes(effect: str, values: Mapping[str, float]) -> str:
     told = []
     for parameter in effects()[effect].parameters:
         key = ParameterKey.of_effect(effect, parameter.name)
-        plain = parameter.name.removesuffix("_m_s").replace("_", " ")
-        name = plant_parameters()[key].called or plain
-        name = name.replace("stribeck", "Stribeck")
         unit = "" if parameter.unit == "1" else f" {parameter.unit}"
-        told.append(f"{name} {values[key]:.5g}{unit}")
+        told.append(f"{size_name(key)} {values[key]:.5g}{unit}")
     return ", ".join(told)
 
 

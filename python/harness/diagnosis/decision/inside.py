@@ -11,7 +11,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from ...catalogue.parameters import effect_name, effects
+from ...catalogue.parameters import effects, plain_name
 from ...rigs import Rig
 from ...rigs.carried import carried
 from ...rigs.simulator_section import own_name
@@ -118,7 +118,7 @@ def inside_sentences(rig: Rig, moved: Sequence[Inside]) -> list[str]:
     sentences = []
     if moved and moved[0].sigmas > MOVED_TOO_FAR:
         inside = moved[0]
-        names = ", ".join(effect_name(each) for each in missing[inside.subsystem])
+        names = ", ".join(plain_name(each) for each in missing[inside.subsystem])
         sentences.append(
             f"The fit moves the value '{inside.value}' of the simulator by {inside.sigmas:.1f} "
             "standard deviations. So much is seldom an error of the rig file: the value rather "
@@ -131,7 +131,7 @@ def inside_sentences(rig: Rig, moved: Sequence[Inside]) -> list[str]:
     }
     for part, port in ports.items():
         if missing.get(part):
-            names = ", ".join(effect_name(each) for each in missing[part])
+            names = ", ".join(plain_name(each) for each in missing[part])
             sentences.append(
                 f"Effects of the {part} ({names}) cannot be put into this simulator. They would "
                 f"look much like what was fitted; {port} would tell them apart."

@@ -20,7 +20,7 @@ from scipy.stats import chi2
 
 from ...base.numbers import FloatArray
 from ...base.parallel import Progress, single_threaded_algebra
-from ...catalogue.parameters import effect_name
+from ...catalogue.parameters import plain_name
 from ...records import Record
 from ..data.gate import gate, usable_part
 from ..data.regimes import visited
@@ -284,7 +284,7 @@ def widened(share: Estimate, relative: float) -> Estimate:
 
 def in_words(effects: Sequence[str]) -> str:
     """Returns the ids of effects as a list in words, each with its article."""
-    words = [f"the {effect_name(effect)}" for effect in effects]
+    words = [f"the {plain_name(effect)}" for effect in effects]
     return words[0] if len(words) == 1 else ", ".join(words[:-1]) + " and " + words[-1]
 
 

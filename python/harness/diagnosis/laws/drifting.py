@@ -24,7 +24,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ...base.numbers import FloatArray, plain_number
-from ...catalogue.parameters import effect_name, effects, plant_parameters
+from ...catalogue.parameters import name_in_sentence
 from ...catalogue.spellings import ParameterKey
 from ..deciding import DRIFT_SIGMA, DRIFTS
 from ..model.case import Case
@@ -55,7 +55,9 @@ class Drift:
         told = []
         for name, change in self.changes:
             went = "rose" if change > 0.0 else "fell"
-            told.append(f"{_in_words(name)} {went} by {plain_number(100.0 * abs(change), 2)} %")
+            told.append(
+                f"{name_in_sentence(name)} {went} by {plain_number(100.0 * abs(change), 2)} %"
+            )
         return (
             "Values change in the course of the records, as where the oil warms: it is most nearly "
             f"as if {', or '.join(told)}."
@@ -115,16 +117,6 @@ def values_that_drift(case: Case, best: FittedCandidate) -> Drift | None:
             if gains[each] >= AS_GOOD * gains[order[0]]
         ),
     )
-
-
-def _in_words(name: str) -> str:
-    """A value by its name in words; the size of an effect by the effect, where it has but one."""
-    key = ParameterKey(name)
-    called = plant_parameters()[key].called or key.parameter.replace("_", " ")
-    if key.effect is None:
-        return called
-    effect = effect_name(key.effect)
-    return effect if len(effects()[key.effect].parameters) == 1 else f"{effect} ({called})"
 
 
 def _may_change(name: str) -> bool:

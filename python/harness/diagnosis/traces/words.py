@@ -10,7 +10,7 @@ import numpy as np
 
 from ...base.numbers import FloatArray
 from ...catalogue.channels import POSITION
-from ...catalogue.parameters import effect_name
+from ...catalogue.parameters import plain_name
 from ..schema import Estimate, HowFar, Verdict
 
 NEEDED = (
@@ -28,7 +28,7 @@ _NO_EFFECTS = MappingProxyType(
 
 def term_name(term: str) -> str:
     """Returns a term in words."""
-    return _NO_EFFECTS.get(term) or effect_name(term)
+    return _NO_EFFECTS.get(term) or plain_name(term)
 
 
 def size_words(term: str, size: float) -> str:

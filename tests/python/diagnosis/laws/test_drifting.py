@@ -56,9 +56,9 @@ def test_a_flow_that_grows_is_seen_with_its_size(overlap: float) -> None:
 
 
 def test_what_changes_is_told_in_words() -> None:
-    names = ("effects.internal_leakage.coefficient_m3_s_pa", "effects.valve_lag.damping")
+    names = ("effects.internal_leakage.coefficient_m3_s_pa", "effects.valve_lag.bandwidth_hz")
     told = Drift(1.0, tuple((name, -0.25) for name in names)).sentence
-    assert "as if internal leakage fell by 25 %, or valve lag (damping) fell by 25 %." in told
+    assert "as if internal leakage fell by 25 %, or valve lag (bandwidth) fell by 25 %." in told
 
 
 @pytest.mark.slow
