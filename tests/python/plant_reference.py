@@ -115,11 +115,13 @@ class Reference:
         gas = self.p["nuisance.free_gas"] * self.p["fluid.bulk_modulus_pa"] * ATMOSPHERE
         return beta / (1.0 + gas / p**2)
 
-    def flow(self, x: float, drop: float) -> float:
+    def flow(self, x: float, drop: float, share: float, wider: float) -> float:
+        """Through an edge with this share of the common gain; wider: logarithm of its rounding,
+        beyond the common one."""
         p = self.p
         e = p["nuisance.flow_exponent"]
-        area = 0.5 * (x + math.hypot(x, p["nuisance.edge_rounding"]))
-        gain = p["valve.rated_flow_m3_s"] / p["valve.rated_pressure_drop_pa"] ** e
+        area = 0.5 * (x + math.hypot(x, p["nuisance.edge_rounding"] * math.exp(wider)))
+        gain = share * p["valve.rated_flow_m3_s"] / p["valve.rated_pressure_drop_pa"] ** e
         softened = drop**2 + p["nuisance.laminar_pressure_pa"] ** 2
         return gain * area * drop * softened ** ((e - 1.0) / 2.0)
 
@@ -159,13 +161,20 @@ class Reference:
             out = common + self.effect("valve_dead_band_sides", "overlap_a")
             back = common + self.effect("valve_dead_band_sides", "overlap_b")
             sides, tank = p["nuisance.edge_overlap_sides"], p["nuisance.edge_overlap_tank"]
-            d, g, k = (p[f"nuisance.edge_gain_{w}"] for w in ("direction", "sides", "tank"))
+            ways = ("direction", "sides", "tank")
+            d, g, k = (p[f"nuisance.edge_gain_{way}"] for way in ways)
+            w, i, r = (p[f"nuisance.edge_rounding_{way}"] for way in ways)
             p_t = p["supply.tank_pressure_pa"]
             share = max(0.05, 1.0 + self.effect("flow_gain_drift", "rate_1_s") * time_s)
-            q_pa = share * (1 + d + g - k) * self.flow(at_rest - out - sides + tank, p_s - p_a)
-            q_at = share * (1 - d + g + k) * self.flow(-at_rest - back - sides - tank, p_a - p_t)
-            q_pb = share * (1 - d - g - k) * self.flow(-at_rest - back + sides + tank, p_s - p_b)
-            q_bt = share * (1 + d - g + k) * self.flow(at_rest - out + sides - tank, p_b - p_t)
+            flow = self.flow
+            q_pa = share * flow(at_rest - out - sides + tank, p_s - p_a, 1 + d + g - k, w + i - r)
+            q_at = share * flow(
+                -at_rest - back - sides - tank, p_a - p_t, 1 - d + g + k, -w + i + r
+            )
+            q_pb = share * flow(
+                -at_rest - back + sides + tank, p_s - p_b, 1 - d - g - k, -w - i - r
+            )
+            q_bt = share * flow(at_rest - out + sides - tank, p_b - p_t, 1 + d - g + k, w - i + r)
             q_at, q_bt = s_a * q_at, s_b * q_bt
             inside = self.effect("internal_leakage", "coefficient_m3_s_pa") * (p_a - p_b)
             out_a = self.effect("external_leakage", "coefficient_a_m3_s_pa") * (p_a - p_t)

@@ -177,6 +177,9 @@ def test_random_rigs(seed: int) -> None:
     ):
         assert f"nuisance.edge_{edge}" in values
         values[f"nuisance.edge_{edge}"] = rng.uniform(-0.01, 0.004)
+    for edge in ("direction", "sides", "tank"):
+        assert f"nuisance.edge_rounding_{edge}" in values
+        values[f"nuisance.edge_rounding_{edge}"] = rng.uniform(-0.6, 0.6)
     for effect in rng.choice(sorted(EFFECTS.keys() - WITHOUT_RATE), size=2, replace=False):
         for parameter in EFFECTS[effect].parameters:
             size = parameter.typical * rng.uniform(0.5, 1.5)

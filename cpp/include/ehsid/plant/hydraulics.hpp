@@ -153,14 +153,16 @@ class Hydraulics {
   static constexpr double kLeastShare = 0.2;            // of the bulk modulus, at any pressure
   static constexpr double kVapour = 1e3;                // Pa
   static constexpr double kGamma = 0.2928932188134524;  // 1 - 1 / sqrt(2)
+  static constexpr OfEdges<bool> kExtends{true, false, false, true};
+  static constexpr OfEdges<bool> kAtA{true, true, false, false};
+  static constexpr OfEdges<bool> kToTank{false, true, false, true};
 
   Scalar area_a_, area_b_, stroke_, dead_a_, dead_b_, atmosphere_force_;
   Scalar source_, tank_, bulk_modulus_;
   Scalar bulk_slope_, middle_pressure_;
   Scalar gas_;  // g = alpha beta p_0, Pa^2
-  MeteringEdges<Scalar> edges_;
-  Scalar overlap_pa_, overlap_at_, overlap_pb_, overlap_bt_;
-  Scalar gain_pa_, gain_at_, gain_pb_, gain_bt_;  // K of each edge
+  Orifices<Scalar> orifices_;
+  OfEdges<Edge<Scalar>> edges_;
   Scalar inverse_resistance_{}, inverse_capacitance_{};
   RingingLine<Scalar> pressure_line_;
   Counterbalance<Scalar> counterbalance_;
@@ -184,10 +186,9 @@ Hydraulics<Scalar>::Hydraulics(const std::vector<Scalar>& values, const Effects<
       bulk_slope_(value_at(values, Nuisance::bulk_slope)),
       middle_pressure_(source_ * 0.5),
       gas_(value_at(values, Nuisance::free_gas) * bulk_modulus_ * kAtmosphere),
-      edges_(
+      orifices_(
           value_at(values, RigValue::rated_flow), value_at(values, RigValue::rated_pressure_drop),
-          value_at(values, Nuisance::flow_exponent), value_at(values, Nuisance::laminar_pressure),
-          value_at(values, Nuisance::edge_rounding)) {
+          value_at(values, Nuisance::flow_exponent), value_at(values, Nuisance::laminar_pressure)) {
   constexpr double kQuarterPi = 0.7853981633974483;
   const Scalar bore = value_at(values, RigValue::bore);
   const Scalar rod = value_at(values, RigValue::rod);
@@ -198,22 +199,30 @@ Hydraulics<Scalar>::Hydraulics(const std::vector<Scalar>& values, const Effects<
   const Overlap<Scalar> overlap = effects.overlap();
   const SupplyLine<Scalar> line = effects.supply_line();
   // Edges are not quite alike. What all flows share is the rated one, and what sets extending apart from retracting is a
-  // null bias: of four overlaps their mean and two differences are left, of four flows three.
-  const Scalar common = value_at(values, Nuisance::edge_overlap);
-  const Scalar sides = value_at(values, Nuisance::edge_overlap_sides);
-  const Scalar tank = value_at(values, Nuisance::edge_overlap_tank);
-  overlap_pa_ = overlap.extending + common + sides - tank;
-  overlap_at_ = overlap.retracting + common + sides + tank;
-  overlap_pb_ = overlap.retracting + common - sides - tank;
-  overlap_bt_ = overlap.extending + common - sides + tank;
-  const Scalar direction_gain = value_at(values, Nuisance::edge_gain_direction);
-  const Scalar sides_gain = value_at(values, Nuisance::edge_gain_sides);
-  const Scalar tank_gain = value_at(values, Nuisance::edge_gain_tank);
-  const Scalar gain = edges_.gain();
-  gain_pa_ = gain * (1.0 + direction_gain + sides_gain - tank_gain);
-  gain_at_ = gain * (1.0 - direction_gain + sides_gain + tank_gain);
-  gain_pb_ = gain * (1.0 - direction_gain - sides_gain - tank_gain);
-  gain_bt_ = gain * (1.0 + direction_gain - sides_gain + tank_gain);
+  // null bias: of four overlaps their mean and two differences are left, of four flows three. Of four roundings the
+  // logarithms have a mean and three differences.
+  const auto unequal = [&](std::size_t i, const Scalar& direction, const Scalar& sides,
+                           const Scalar& tank) {
+    return (kExtends[i] ? direction : -direction) + (kAtA[i] ? sides : -sides) +
+           (kToTank[i] ? tank : -tank);
+  };
+  for (std::size_t i = 0; i < edges_.size(); ++i) {
+    Edge<Scalar>& edge = edges_[i];
+    edge.gain = orifices_.gain() * (unequal(i, value_at(values, Nuisance::edge_gain_direction),
+                                            value_at(values, Nuisance::edge_gain_sides),
+                                            value_at(values, Nuisance::edge_gain_tank)) +
+                                    1.0);
+    edge.overlap = (kExtends[i] ? overlap.extending : overlap.retracting) +
+                   value_at(values, Nuisance::edge_overlap) +
+                   unequal(i, Scalar(0.0), value_at(values, Nuisance::edge_overlap_sides),
+                           value_at(values, Nuisance::edge_overlap_tank));
+    using std::exp;
+    const Scalar rounding = value_at(values, Nuisance::edge_rounding) *
+                            exp(unequal(i, value_at(values, Nuisance::edge_rounding_direction),
+                                        value_at(values, Nuisance::edge_rounding_sides),
+                                        value_at(values, Nuisance::edge_rounding_tank)));
+    edge.rounding_square = rounding * rounding;
+  }
   steep_leakage_ = effects.leak_steeply();
   line_ = value_of(line.resistance) > 0.0;
   if (line_) {
@@ -250,7 +259,7 @@ template <bool kSlope>
 typename Hydraulics<Scalar>::Rates Hydraulics<Scalar>::rates(const Effects<Scalar>& effects,
                                                              const Standing& standing,
                                                              const Pressures<Scalar>& p) const {
-  const auto [pa, at, pb, bt] = edges_.template flows<kSlope>(
+  const auto [pa, at, pb, bt] = orifices_.template flows<kSlope>(
       standing.conductance, {p.supply - p.a, p.a - tank_, p.supply - p.b, p.b - tank_});
   Scalar into_a = pa.rate - at.rate - standing.swept_a;
   Scalar into_b = pb.rate - bt.rate + standing.swept_b;
@@ -285,10 +294,8 @@ void Hydraulics<Scalar>::advance(const Effects<Scalar>& effects, const Scalar& o
   if (pressure_line_.active()) {
     pressure_line_.advance(pressure_.supply, h);
   }
-  Standing standing{{gain_pa_ * edges_.area(opening - overlap_pa_),
-                     gain_at_ * edges_.area(-opening - overlap_at_),
-                     gain_pb_ * edges_.area(-opening - overlap_pb_),
-                     gain_bt_ * edges_.area(opening - overlap_bt_)},
+  Standing standing{{edges_[0].conductance(opening), edges_[1].conductance(-opening),
+                     edges_[2].conductance(-opening), edges_[3].conductance(opening)},
                     1.0 / (dead_a_ + area_a_ * position),
                     1.0 / (dead_b_ + area_b_ * (stroke_ - position)),
                     area_a_ * velocity - further.into_a,

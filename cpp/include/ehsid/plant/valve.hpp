@@ -22,35 +22,44 @@ struct Flow {
 template <class T>
 using OfEdges = std::array<T, 4>;
 
-/// Four metering edges of a spool valve, each opened by the spool.
+/// A metering edge as the spool opens it.
+template <class Scalar>
+struct Edge {
+  Scalar gain{};             // K, see Orifices
+  Scalar overlap{};          // fraction of rated command
+  Scalar rounding_square{};  // r^2
+
+  /// K a, the area a of an edge whose spool is s past its overlap, rounded over r:  a = (s + sqrt(s^2 + r^2)) / 2.
+  /// opening: of the spool towards this edge, fraction of rated command.
+  EHSID_LANES_INLINE Scalar conductance(const Scalar& opening) const {
+    const Scalar past = opening - overlap;
+    const double s = value_of(past);
+    const double root = std::sqrt(s * s + value_of(rounding_square));
+    const double slope = root > 0.0 ? 0.5 / root : 0.0;
+    const Scalar area =
+        chained((s + root) * 0.5, over(past, 0.5 + slope * s), over(rounding_square, 0.5 * slope));
+    return gain * area;
+  }
+};
+
+/// What flows through the four metering edges of a spool valve.
 ///
 /// Turbulent flow that turns laminar at small pressure drops (Merritt, Hydraulic Control Systems, Wiley 1967, ch. 3):
 ///   q = K a dp / (dp^2 + dp_l^2)^((1 - e) / 2),  K = rated_flow / rated_drop^e,  e = 0.5 the square-root law.
-/// Area a of an edge whose spool is s past its overlap, rounded over r:  a = (s + sqrt(s^2 + r^2)) / 2.
 ///
-/// Both laws are evaluated on values; their slopes over all that they depend on give the derivatives.
+/// The law is evaluated on values; its slopes over all that it depends on give the derivatives.
 template <class Scalar>
-class MeteringEdges {
+class Orifices {
  public:
-  MeteringEdges() = default;
-  MeteringEdges(const Scalar& rated_flow, const Scalar& rated_drop, const Scalar& exponent,
-                const Scalar& laminar_pressure, const Scalar& rounding)
+  Orifices() = default;
+  Orifices(const Scalar& rated_flow, const Scalar& rated_drop, const Scalar& exponent,
+           const Scalar& laminar_pressure)
       : power_((exponent - 1.0) * 0.5),
         laminar_square_(laminar_pressure * laminar_pressure),
-        rounding_square_(rounding * rounding),
         powers_(value_of(laminar_square_), value_of(power_)) {
     using std::exp;
     using std::log;
     gain_ = rated_flow * exp(-(exponent * log(rated_drop)));
-  }
-
-  /// Area of an edge, fraction of full opening.
-  EHSID_LANES_INLINE Scalar area(const Scalar& past_overlap) const {
-    const double s = value_of(past_overlap);
-    const double root = std::sqrt(s * s + value_of(rounding_square_));
-    const double slope = root > 0.0 ? 0.5 / root : 0.0;
-    return chained((s + root) * 0.5, over(past_overlap, 0.5 + slope * s),
-                   over(rounding_square_, 0.5 * slope));
   }
 
   /// K
@@ -114,7 +123,6 @@ class MeteringEdges {
   Scalar gain_{};
   Scalar power_{};
   Scalar laminar_square_{};
-  Scalar rounding_square_{};
   Powers powers_{};
 };
 
