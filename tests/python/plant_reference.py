@@ -120,7 +120,11 @@ class Reference:
         beyond the common one."""
         p = self.p
         e = p["nuisance.flow_exponent"]
-        area = 0.5 * (x + math.hypot(x, p["nuisance.edge_rounding"] * math.exp(wider)))
+        r = p["nuisance.edge_rounding"] * math.exp(wider)
+        within = min(max(x, -2.0 * r), 2.0 * r)
+        closes = (within + 2.0 * r) ** 2 / (8.0 * r) + max(x - 2.0 * r, 0.0)
+        area = 0.5 * (x + math.hypot(x, r))
+        area += p["nuisance.edge_closing"] * (closes - area)
         gain = share * p["valve.rated_flow_m3_s"] / p["valve.rated_pressure_drop_pa"] ** e
         softened = drop**2 + p["nuisance.laminar_pressure_pa"] ** 2
         return gain * area * drop * softened ** ((e - 1.0) / 2.0)

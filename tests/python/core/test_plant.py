@@ -79,6 +79,7 @@ VARIED = [
     "nuisance.edge_rounding_direction",
     "nuisance.edge_rounding_sides",
     "nuisance.edge_rounding_tank",
+    "nuisance.edge_closing",
     "nuisance.edge_overlap",
     "nuisance.edge_overlap_sides",
     "nuisance.edge_overlap_tank",
@@ -161,7 +162,7 @@ def test_sensitivities_are_the_slopes_of_the_simulation(name: str) -> None:
     values |= NEEDS.get(name, {})
     if name.endswith("_delay.delay_s"):
         values[name] = 0.0043  # off the grid of steps, where the derivative has a corner
-    if name == "nuisance.between_samples":
+    if name in ("nuisance.between_samples", "nuisance.edge_closing"):
         values[name] = 0.4  # it is not below zero
     command = runs.steps(4, 60, 10, 6.0)
     index = runs.NAMES.index(name)

@@ -180,6 +180,8 @@ def test_random_rigs(seed: int) -> None:
     for edge in ("direction", "sides", "tank"):
         assert f"nuisance.edge_rounding_{edge}" in values
         values[f"nuisance.edge_rounding_{edge}"] = rng.uniform(-0.6, 0.6)
+    assert "nuisance.edge_closing" in values
+    values["nuisance.edge_closing"] = rng.uniform(0.0, 1.0)
     for effect in rng.choice(sorted(EFFECTS.keys() - WITHOUT_RATE), size=2, replace=False):
         for parameter in EFFECTS[effect].parameters:
             size = parameter.typical * rng.uniform(0.5, 1.5)

@@ -217,11 +217,11 @@ Hydraulics<Scalar>::Hydraulics(const std::vector<Scalar>& values, const Effects<
                    unequal(i, Scalar(0.0), value_at(values, Nuisance::edge_overlap_sides),
                            value_at(values, Nuisance::edge_overlap_tank));
     using std::exp;
-    const Scalar rounding = value_at(values, Nuisance::edge_rounding) *
-                            exp(unequal(i, value_at(values, Nuisance::edge_rounding_direction),
-                                        value_at(values, Nuisance::edge_rounding_sides),
-                                        value_at(values, Nuisance::edge_rounding_tank)));
-    edge.rounding_square = rounding * rounding;
+    edge.rounding = value_at(values, Nuisance::edge_rounding) *
+                    exp(unequal(i, value_at(values, Nuisance::edge_rounding_direction),
+                                value_at(values, Nuisance::edge_rounding_sides),
+                                value_at(values, Nuisance::edge_rounding_tank)));
+    edge.closing = value_at(values, Nuisance::edge_closing);
   }
   steep_leakage_ = effects.leak_steeply();
   line_ = value_of(line.resistance) > 0.0;

@@ -23,21 +23,41 @@ template <class T>
 using OfEdges = std::array<T, 4>;
 
 /// A metering edge as the spool opens it.
+///
+/// Area of an edge whose spool is s past its overlap, rounded over r, fraction of full opening:
+///   a = (1 - c) h + c p,  h = (s + sqrt(s^2 + r^2)) / 2,
+///   p = (s + w)^2 / (4 w) from s = -w to w, zero before, s after; w = 2 r.
+/// The hyperbola h leaks far from the edge, as a clearance does; the parabola p of a worn corner closes. Both are r / 2 at
+/// s = 0 and s well beyond it.
 template <class Scalar>
 struct Edge {
-  Scalar gain{};             // K, see Orifices
-  Scalar overlap{};          // fraction of rated command
-  Scalar rounding_square{};  // r^2
+  Scalar gain{};      // K, see Orifices
+  Scalar overlap{};   // fraction of rated command
+  Scalar rounding{};  // r
+  Scalar closing{};   // c
 
-  /// K a, the area a of an edge whose spool is s past its overlap, rounded over r:  a = (s + sqrt(s^2 + r^2)) / 2.
-  /// opening: of the spool towards this edge, fraction of rated command.
+  /// K a. opening: of the spool towards this edge, fraction of rated command.
   EHSID_LANES_INLINE Scalar conductance(const Scalar& opening) const {
     const Scalar past = opening - overlap;
     const double s = value_of(past);
-    const double root = std::sqrt(s * s + value_of(rounding_square));
-    const double slope = root > 0.0 ? 0.5 / root : 0.0;
-    const Scalar area =
-        chained((s + root) * 0.5, over(past, 0.5 + slope * s), over(rounding_square, 0.5 * slope));
+    const double r = value_of(rounding);
+    const double c = value_of(closing);
+    const double root = std::sqrt(s * s + r * r);
+    const double hyperbola = (s + root) * 0.5;
+    const double inverse = root > 0.0 ? 0.5 / root : 0.0;
+    double parabola = s > 0.0 ? s : 0.0;
+    double over_past = s > 0.0 ? 1.0 : 0.0;
+    double over_rounding = 0.0;
+    if (s < 2.0 * r && s > -2.0 * r) {
+      // dp/ds = (s + w) / (2 w),  dp/dw = dp/ds - (dp/ds)^2
+      over_past = s / (4.0 * r) + 0.5;
+      parabola = 2.0 * r * over_past * over_past;
+      over_rounding = 2.0 * over_past * (1.0 - over_past);
+    }
+    const Scalar area = chained(hyperbola + c * (parabola - hyperbola),
+                                over(past, (1.0 - c) * (0.5 + inverse * s) + c * over_past),
+                                over(rounding, (1.0 - c) * inverse * r + c * over_rounding),
+                                over(closing, parabola - hyperbola));
     return gain * area;
   }
 };
