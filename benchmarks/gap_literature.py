@@ -32,6 +32,7 @@ from matplotlib.figure import Figure
 from ehsid.harness.base.numbers import FloatArray
 from ehsid.harness.base.parallel import single_threaded_algebra
 from ehsid.harness.catalogue.spellings import effect_values, sizes_of
+from ehsid.harness.commissioning.drive import edge_area
 from ehsid.harness.diagnosis import diagnose
 from ehsid.harness.diagnosis.model.case import make_case
 from ehsid.harness.diagnosis.model.parameters import effect_parameters
@@ -171,15 +172,16 @@ def our_curve(values: Mapping[str, float]) -> FloatArray:
     sides = v.get("nuisance.edge_overlap_sides", 0.0)
     tank = v.get("nuisance.edge_overlap_tank", 0.0)
     d, g, k = (v.get(f"nuisance.edge_gain_{w}", 0.0) for w in ("direction", "sides", "tank"))
-    rounding = v.get("nuisance.edge_rounding", 0.0)
+    w, i, r = (v.get(f"nuisance.edge_rounding_{w}", 0.0) for w in ("direction", "sides", "tank"))
+    rounding, closing = (v.get(f"nuisance.edge_{name}", 0.0) for name in ("rounding", "closing"))
 
-    def area(s: FloatArray) -> FloatArray:
-        return np.asarray(0.5 * (s + np.hypot(s, rounding)))
+    def area(s: FloatArray, wider: float) -> FloatArray:
+        return edge_area(s, rounding * math.exp(wider), closing)
 
-    out = (1 + d + g - k) * area(x - lap - sides + tank)
-    out = out + (1 + d - g + k) * area(x - lap + sides - tank)
-    back = (1 - d + g + k) * area(-x - lap - sides - tank)
-    back = back + (1 - d - g - k) * area(-x - lap + sides + tank)
+    out = (1 + d + g - k) * area(x - lap - sides + tank, w + i - r)
+    out = out + (1 + d - g + k) * area(x - lap + sides - tank, w - i + r)
+    back = (1 - d + g + k) * area(-x - lap - sides - tank, -w + i + r)
+    back = back + (1 - d - g - k) * area(-x - lap + sides + tank, -w - i - r)
     return np.asarray(0.5 * v["valve.rated_flow_m3_s"] * (out - back))
 
 

@@ -43,6 +43,7 @@ OF_SPRING = (
     "cylinder.dead_volume_b_m3",
     LEAKAGE,
     "nuisance.edge_rounding",
+    "nuisance.edge_closing",
 )
 FRICTION = {
     "coulomb_friction": ("force_n", "force_n"),
@@ -137,11 +138,11 @@ def _spring(v: Values, position: float) -> tuple[float, float]:
     stiff_a = beta / (v["cylinder.dead_volume_a_m3"] + a * stroke * position)
     stiff_b = beta / (v["cylinder.dead_volume_b_m3"] + b * stroke * (1.0 - position))
     leak = v.get(LEAKAGE, 0.0)
-    # Two rounded edges of a chamber at null, each with half of the supply: area (s + sqrt(s^2 +
-    # r^2)) / 2 at s = -overlap; dq/dp = K area / (2 sqrt(dp)).
+    # Two rounded edges of a chamber at null, each with half of the supply; dq/dp = K area / (2
+    # sqrt(dp)).
     overlap = v.get("effects.valve_dead_band.overlap", 0.0)
-    rounding = v.get("nuisance.edge_rounding", 0.0)
-    area = 0.5 * (math.hypot(overlap, rounding) - overlap)
+    rounding, closing = (v.get(f"nuisance.edge_{name}", 0.0) for name in ("rounding", "closing"))
+    area = float(edge_area(np.array(-overlap), rounding, closing))
     drop = 0.5 * (v["supply.pressure_pa"] - v["supply.tank_pressure_pa"])
     edges = _flow_gain(v, 1) * area / math.sqrt(max(drop, 1.0))
     matrix = np.array(
@@ -154,6 +155,24 @@ def _spring(v: Values, position: float) -> tuple[float, float]:
     poles = sorted(np.linalg.eigvals(matrix), key=abs)[1:]
     omega_n = math.sqrt(abs(poles[0] * poles[1]))
     return omega_n, float(-(poles[0] + poles[1]).real / (2.0 * omega_n))
+
+
+def edge_area(past_overlap: FloatArray, rounding: float, closing: float) -> FloatArray:
+    """Returns the area of a metering edge, share of full opening, as the simulator has it.
+
+    Parameters
+    ----------
+    past_overlap
+        of the spool, share of full opening, any shape.
+    rounding, closing
+        the nuisances `edge_rounding` and `edge_closing`, see docs/simulator.md.
+    """
+    s, w = past_overlap, 2.0 * rounding
+    leaks = 0.5 * (s + np.hypot(s, rounding))
+    if w == 0.0:
+        return np.asarray(leaks)
+    closes = (np.clip(s, -w, w) + w) ** 2 / (4.0 * w) + np.maximum(s - w, 0.0)
+    return np.asarray(leaks + closing * (closes - leaks))
 
 
 def _band(
