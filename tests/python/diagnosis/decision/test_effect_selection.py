@@ -333,7 +333,10 @@ def test_a_coarse_sensor_is_the_effect_where_nothing_else_is() -> None:
 
 def test_sets_in_words() -> None:
     assert in_words(["coulomb_friction"]) == "Coulomb friction"
-    assert in_words(["a_b", "sensor_lag", "valve_lag"]) == "a b, sensor lag and valve lag"
+    assert (
+        in_words(["load_spring", "sensor_lag", "valve_lag"])
+        == "load spring, sensor lag and valve lag"
+    )
 
 
 def test_shares_and_probabilities_in_words() -> None:
