@@ -12,7 +12,6 @@ from msgspec.structs import replace as replace_part
 
 from ..base.error_words import error_words
 from ..base.parallel import Progress, single_threaded_algebra
-from ..catalogue.channels import TIME
 from ..catalogue.spellings import ParameterKey
 from ..records import Record
 from ..rigs import Rig
@@ -393,9 +392,8 @@ class _Evaluation:
             self.step,
             "" if self.laws is None else sentence(self.laws.laws),
         )
-        # A law over the time is one way to say that a value drifts; any other explains more.
-        others = () if self.laws is None else [law for law in self.laws.laws if law.of != TIME]
-        if self.drift is None or others or decision.verdict != OUTSIDE:
+        # A law that is found explains more than the drift.
+        if self.drift is None or self.laws is not None or decision.verdict != OUTSIDE:
             return decision
         return replace(decision, sentence=f"{decision.sentence} {self.drift.sentence}")
 
@@ -452,10 +450,12 @@ def _evaluate(
     runs, reduction = results.held_out_results(
         case, search_result.nominal, search_result.calibrated, best
     )
-    drift = values_that_drift(case, probabilities.sets[0].fit)
+    first = probabilities.sets[0]
+    drift = values_that_drift(case, first.fit)
     speaking = bool(results.worse_outputs(reduction)) + (drift is not None)
     if speaking:
-        probabilities = probabilities.with_evidence(speaking * WORSENED)
+        beside = () if drift is None else first.effects
+        probabilities = probabilities.with_evidence(speaking * WORSENED, beside)
         selection = select_effects(search_result, probabilities, unnamed=bool(inside))
         if selection.best is not best:
             best = selection.best
@@ -510,7 +510,9 @@ def _with_missing_laws(
     if not asked and not shows_linkage(case, ahead):
         return evaluation
     _tell(look, "laws", search_result, ahead, tasks=2 if ahead.effects else 1)
-    laws = missing_laws(case, search_result.calibrated, ahead, pace.within, effect_ids)
+    laws = missing_laws(
+        case, search_result.calibrated, ahead, pace.within, effect_ids, evaluation.drift
+    )
     if laws is None:
         return evaluation
     selection = select_effects(search_result, probabilities.with_laws(laws.hypotheses))

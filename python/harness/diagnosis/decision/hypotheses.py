@@ -75,7 +75,7 @@ class Hypothesis:
     score: float
     """u, nats; only differences count."""
     effects: tuple[str, ...] = ()
-    """The effects, or those beside a law; none where nothing is missing."""
+    """The effects, or those beside a cause outside; none where nothing is missing."""
     candidate: FittedCandidate | None = None
     """The fit of the set; None for a law, and for a cause of which nothing is known."""
     left: float = 0.0
@@ -137,11 +137,16 @@ class Posterior:
         total = sum(each.probability for each in self.hypotheses if family <= each.families)
         return min(total, 1.0)  # rounding
 
-    def with_evidence(self, nats: float) -> Posterior:
-        """Returns the probabilities with further evidence, nats, for an unknown cause outside."""
+    def with_evidence(self, nats: float, beside: tuple[str, ...] = ()) -> Posterior:
+        """Returns the probabilities with further evidence, nats, for an unknown cause outside.
+
+        beside: effects beside which the cause is seen.
+        """
         return weighed(
             [
-                replace(each, score=each.score + nats) if each.kind == "outside" else each
+                replace(each, score=each.score + nats, effects=beside)
+                if each.kind == "outside"
+                else each
                 for each in self.hypotheses
             ],
             self.share,

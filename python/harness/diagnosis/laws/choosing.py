@@ -25,6 +25,7 @@ from ..search.intervals import LEVEL, candidate_covariance, matters
 from ..search.score import left
 from ..search.search import restrict
 from .beside import constant_of, effect_beside, is_part, without_law
+from .drifting import Drift, explains_more
 from .fitting import LONG, with_law, with_one_law
 from .forms import MASS, MASSES, MENU, SPRING, describe, is_linkage, visited
 from .forms import laws as laws_of_menu
@@ -73,6 +74,7 @@ def missing_laws(
     best: FittedCandidate,
     progress: Progress | None = None,
     effect_ids: Sequence[str] = (),
+    drift: Drift | None = None,
 ) -> LawsFound | None:
     """Looks for laws that explain what the best set leaves; None where there is none.
 
@@ -89,12 +91,16 @@ def missing_laws(
         called with the share of the work that is done.
     effect_ids
         the effects that may be named beside the laws.
+    drift
+        values that change in the course of the records, beside the best set. Laws over the time
+        are tried only where one of them explains more.
     """
+    over_time = drift is None or not explains_more(case, best, drift)
     fine = decision_case(case)
     starts = [calibrated, best] if best.effects else [calibrated]
     parts = len(starts) + 1
     chains = [
-        _Chain(fine, (start,), (), tuple(effect_ids)).longer(
+        _Chain(fine, (start,), (), tuple(effect_ids), over_time=over_time).longer(
             part_of(progress, place / parts, (place + 1) / parts)
         )
         for place, start in enumerate(starts)
@@ -207,6 +213,7 @@ class _Chain:
     """Effects that may be named beside the laws."""
     beside: tuple[tuple[str, float], ...] = ()
     """Effects that were found beside the laws, and what each gains, nats, its prior cost taken."""
+    over_time: bool = True
 
     @property
     def last(self) -> FittedCandidate:
@@ -219,7 +226,7 @@ class _Chain:
 
     def longer(self, progress: Progress | None) -> _Chain:
         """With a law more, or the same where none is worth its cost."""
-        found = with_one_law(self.case, self.last, progress)
+        found = with_one_law(self.case, self.last, progress, over_time=self.over_time)
         if not found:
             return self
         lefts = [left(self.case, each) for each in self.steps]

@@ -18,20 +18,24 @@ excitations of their own. Only a change that makes the errors of both smaller co
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
 
 from ...base.numbers import FloatArray, plain_number
+from ...catalogue.channels import TIME
 from ...catalogue.parameters import name_in_sentence
 from ...catalogue.spellings import ParameterKey
 from ..deciding import DRIFT_SIGMA, DRIFTS
 from ..model.case import Case
 from ..model.fit import hats
+from ..model.parameters import Law
 from ..model.problem import Problem
 from ..model.separation import Quadratic, quadratic, reweighted
 from ..search.candidates import FittedCandidate, decision_case
+from .forms import laws as laws_of_menu
 
 # Other values are told where they explain this share of what the best one does.
 AS_GOOD = 0.6
@@ -72,50 +76,98 @@ def values_that_drift(case: Case, best: FittedCandidate) -> Drift | None:
     """
     if case.engine is not None:
         return None
-    fine = decision_case(case)
-    problems = [fine.problem(best.effects, held_out=held_out) for held_out in (False, True)]
-    parameters = problems[0].parameters
+    parameters = case.parameters(best.effects)
     own = [
         place
         for place, each in enumerate(parameters)
         if each.logarithmic and each.low < each.high and _may_change(each.name)
     ]
-    longest_s = max(record.dt_s * len(record.record) for p in problems for record in p.records)
-    parts = [_with_time(problem, best.x, own, longest_s) for problem in problems]
-    if not own or not all(np.isfinite(part.grams).all() for part in parts):
+    errors = _linearised(case, best, own=own)
+    if not own or errors is None:
         return None
-    x, size = best.x, len(parameters)
-    bounds = np.array([(each.low, each.high) for each in parameters]) - x[:, np.newaxis]
-    information = problems[0].information()
-    offset = np.where(information > 0.0, x - problems[0].centres(), 0.0)
-
-    def left(drifting: list[int]) -> tuple[FloatArray, FloatArray]:
-        """Errors of both parts with these values drifting, ln, and the changes over the record."""
-        kept = np.array([*range(size), *(size + each for each in drifting)])
-        some = [_restricted(part, kept) for part in parts]
-        free = np.full((len(drifting), 2), np.inf) * (-1.0, 1.0)
-        _, change = reweighted(
-            _joined(some),
-            np.concatenate([information, np.full(len(drifting), DRIFT_SIGMA**-2)]),
-            np.concatenate([offset, np.zeros(len(drifting))]),
-            *np.concatenate([bounds, free]).T,
-        )
-        return np.array([_left(each, change) for each in some]), change[size:]
-
-    without, _ = left([])
-    gain = float(np.min(without - left(list(range(len(own))))[0]))
+    gain = errors.gain()
     if not gain >= DRIFTS:
         return None
-    alone = [left([each]) for each in range(len(own))]
+    size = len(parameters)
+    without, _ = errors.left(range(size))
+    alone = [errors.left([*range(size), size + each]) for each in range(len(own))]
     gains = [float(np.mean(without - each)) for each, _ in alone]
     order = sorted(range(len(own)), key=lambda each: -gains[each])
     return Drift(
         gain,
         tuple(
-            (parameters[own[each]].name, math.expm1(float(alone[each][1][0])))
+            (parameters[own[each]].name, math.expm1(float(alone[each][1][size])))
             for each in order[:MOST_TOLD]
             if gains[each] >= AS_GOOD * gains[order[0]]
         ),
+    )
+
+
+def explains_more(case: Case, best: FittedCandidate, drift: Drift) -> bool:
+    """Whether a drift beside the best set explains more than any law over the time beside it.
+
+    The laws are compared in the same way, by the sensitivities where they are zero.
+    """
+    fine = decision_case(case)
+    over_time = [law for law in laws_of_menu(fine, best) if law.of == TIME]
+    errors = [_linearised(case, best, law=law) for law in over_time]
+    return all(each is None or each.gain() <= drift.gain for each in errors)
+
+
+@dataclass(frozen=True, eq=False)
+class _Errors:
+    """Squares of the errors of the fitted and of the held-out data, linear in all parameters.
+
+    `size`: number of parameters of the best set; those of its drift, or of a law, are behind them.
+    """
+
+    parts: tuple[Quadratic, Quadratic]
+    size: int
+    information: FloatArray
+    offset: FloatArray
+    bounds: FloatArray
+
+    def left(self, places: Sequence[int]) -> tuple[FloatArray, FloatArray]:
+        """Errors of both parts with these parameters alone, ln, and the changes of them."""
+        kept = np.array(places)
+        some = [_restricted(part, kept) for part in self.parts]
+        _, change = reweighted(
+            _joined(some), self.information[kept], self.offset[kept], *self.bounds[kept].T
+        )
+        return np.array([_left(each, change) for each in some]), change
+
+    def gain(self) -> float:
+        """By which all make the errors smaller, ln, in the part in which it is less."""
+        without, _ = self.left(range(self.size))
+        return float(np.min(without - self.left(range(self.offset.size))[0]))
+
+
+def _linearised(
+    case: Case, best: FittedCandidate, *, own: Sequence[int] = (), law: Law | None = None
+) -> _Errors | None:
+    """The errors beside the best set; None where they are not finite.
+
+    own: places of the parameters that have a share that grows with the time. law: a law that is
+    zero.
+    """
+    fine, laws = decision_case(case), () if law is None else (law,)
+    problems = [
+        fine.problem(best.effects, held_out=held_out, laws=laws) for held_out in (False, True)
+    ]
+    longest_s = max(record.dt_s * len(record.record) for p in problems for record in p.records)
+    x = np.concatenate([best.x, np.zeros(sum(each.knots.size for each in laws))])
+    fitted, held_out = (_with_time(problem, x, own, longest_s) for problem in problems)
+    if not all(np.isfinite(part.grams).all() for part in (fitted, held_out)):
+        return None
+    bounds = np.array([(p.low, p.high) for p in problems[0].parameters]) - x[:, np.newaxis]
+    information = problems[0].information()
+    offset = np.where(information > 0.0, x - problems[0].centres(), 0.0)
+    return _Errors(
+        (fitted, held_out),
+        best.x.size,
+        np.concatenate([information, np.full(len(own), DRIFT_SIGMA**-2)]),
+        np.concatenate([offset, np.zeros(len(own))]),
+        np.concatenate([bounds, np.full((len(own), 2), np.inf) * (-1.0, 1.0)]),
     )
 
 
@@ -124,7 +176,7 @@ def _may_change(name: str) -> bool:
     return not (ParameterKey(name).is_nuisance or name.startswith("cylinder."))
 
 
-def _with_time(problem: Problem, x: FloatArray, own: list[int], longest_s: float) -> Quadratic:
+def _with_time(problem: Problem, x: FloatArray, own: Sequence[int], longest_s: float) -> Quadratic:
     """Squares of the errors by all parameters, and by a share of these that grows with the time."""
     middles = []
     for record in problem.records:

@@ -24,6 +24,7 @@ from msgspec.structs import replace as replace_struct
 
 from ...base.numbers import FloatArray
 from ...base.parallel import Progress, part_of, run_together
+from ...catalogue.channels import TIME
 from ..model.case import Case
 from ..model.fit import Hats, descent, fit, hats
 from ..model.linear import Linear
@@ -58,16 +59,24 @@ class FittedLaw:
 
 
 def with_one_law(
-    case: Case, candidate: FittedCandidate, progress: Progress | None = None
+    case: Case,
+    candidate: FittedCandidate,
+    progress: Progress | None = None,
+    *,
+    over_time: bool = True,
 ) -> list[FittedLaw]:
     """Adds each law of the menu to a candidate; returns the best few, fitted, best first.
 
-    Those of a linkage are among them.
+    Those of a linkage are among them. over_time: whether laws over the time are tried.
     """
     fine = decision_case(case)
     shared = fine.problem(candidate.effects, laws=candidate.laws).linear(candidate.x)
     present = {law.name for law in candidate.laws}
-    menu = [law for law in laws(fine, candidate) if law.name not in present]
+    menu = [
+        law
+        for law in laws(fine, candidate)
+        if law.name not in present and (over_time or law.of != TIME)
+    ]
     tasks = [partial(_short, fine, candidate, law, shared) for law in menu]
     short = run_together(tasks, part_of(progress, 0.0, SHORT_FITS))
     short.sort(key=lambda each: each.cost)

@@ -96,6 +96,14 @@ def test_the_order_of_the_sets_does_not_matter(sizes: list[float], data: st.Data
     assert by_set(second) == pytest.approx(by_set(first), rel=1e-9)
 
 
+def test_effects_beside_which_a_cause_outside_is_seen_have_its_probability() -> None:
+    found = posterior(CASE, *candidates([1e-6] * (len(SETS) + 1)))
+    seen = found.with_evidence(3.0, ("sensor_lag",))
+    assert seen.outside == found.with_evidence(3.0).outside > found.outside
+    of_sets = sum(each.probability for each in seen.sets if "sensor_lag" in each.effects)
+    assert seen.of_effect("sensor_lag") == pytest.approx(of_sets + seen.outside)
+
+
 @given(less=LEFT, more=st.floats(1e-3, 5.0), effects=st.integers(0, 3), small=st.floats(0.0, 3.0))
 def test_a_score_falls_with_errors_effects_and_doubtful_sizes(
     less: float, more: float, effects: int, small: float

@@ -6,12 +6,12 @@ from __future__ import annotations
 import math
 
 import pytest
-from gap_cases import OFF, RIG, all_but, record
+from gap_cases import OFF, RIG, all_but, over_the_stroke, record
 
 from ehsid.harness.diagnosis.deciding import DRIFTS
 from ehsid.harness.diagnosis.diagnosis import diagnose
-from ehsid.harness.diagnosis.laws.drifting import Drift, values_that_drift
-from ehsid.harness.diagnosis.model.case import make_case
+from ehsid.harness.diagnosis.laws.drifting import Drift, explains_more, values_that_drift
+from ehsid.harness.diagnosis.model.case import Case, make_case
 from ehsid.harness.diagnosis.options import DiagnosisOptions
 from ehsid.harness.diagnosis.search.candidates import (
     calibrate,
@@ -20,6 +20,7 @@ from ehsid.harness.diagnosis.search.candidates import (
     screen,
 )
 from ehsid.harness.records import Record
+from ehsid.harness.rigs.rig import TableLaw
 
 SECONDS = 6.0
 RATE = "effects.flow_gain_drift.rate_1_s"
@@ -30,9 +31,13 @@ def recorded(seed: int, rate_1_s: float, overlap: float) -> Record:
     return record(values, seed, seconds=SECONDS)
 
 
+def case_of(*rates: float, overlap: float = 0.0) -> Case:
+    return make_case(RIG, *([recorded(seed, rate, overlap)] for seed, rate in enumerate(rates, 1)))
+
+
 def drift_of(*rates: float, overlap: float = 0.0) -> Drift | None:
     """Drift beside the rig without effects, or beside its dead band where it has one."""
-    case = make_case(RIG, *([recorded(seed, rate, overlap)] for seed, rate in enumerate(rates, 1)))
+    case = case_of(*rates, overlap=overlap)
     best = calibrate(case)
     if overlap > 0.0:
         short = screen(case, ("valve_dead_band",), [linearised_start(case, (), best.x)])
@@ -68,14 +73,34 @@ def test_what_the_other_record_contradicts_and_what_is_not_there_is_no_drift() -
     assert drift_of(0.01, -0.01) is None
 
 
+# A load that comes after half of the record.
+LATE = TableLaw("force", "time_s", (0.0, 3.0, 3.2, SECONDS), (0.0, 0.0, 1500.0, 1500.0))
+
+
+@pytest.mark.slow
+def test_a_drift_makes_laws_over_the_time_needless_where_none_explains_more() -> None:
+    growing = case_of(0.01, 0.01)
+    best = calibrate(growing)
+    drift = values_that_drift(growing, best)
+    assert drift is not None
+    assert explains_more(growing, best, drift)
+    late = make_case(RIG, *([over_the_stroke({"late": LATE}, seed)] for seed in (1, 2)))
+    best = calibrate(late)
+    drift = values_that_drift(late, best) or Drift(DRIFTS, ())
+    assert not explains_more(late, best, drift)
+
+
 @pytest.mark.slow
 def test_a_drift_beside_a_named_effect_is_a_cause_outside_of_the_catalogue() -> None:
     """Without the drift the dead band explains all but what its flow gains in 6 s."""
     options = DiagnosisOptions(exclude=all_but("valve_dead_band", "transport_delay"))
-    verdicts = {}
+    verdicts, named = {}, {}
     for rate in (0.0, 0.01):
         fitted, held_out = (recorded(seed, rate, 0.03) for seed in (1, 2))
         found = diagnose([fitted], RIG, validate=[held_out], options=options)
         verdicts[rate] = found.verdict
+        named[rate] = [effect.id for effect in found.effects]
         assert ("in the course of the records" in found.sentence) == (rate > 0.0), found.sentence
+        assert found.missing_laws == ()
     assert verdicts == {0.0: "effects", 0.01: "outside_catalogue"}
+    assert set(map(tuple, named.values())) == {("valve_dead_band",)}
