@@ -11,7 +11,8 @@ from typing import Annotated
 
 import typer
 
-from ..rigs.questions import EHS, EXAMPLES, help_of
+from ..rigs.quantities import read_quantity
+from ..rigs.questions import EHS, EXAMPLES, answered, help_of, rig_file_text
 from .console import Console, note, refuse
 from .options import Maps, SamplingTime
 from .rig_new import _asked, _on_a_terminal
@@ -103,7 +104,10 @@ def start_command(
 
 
 def _plate_words(given: dict[str, str | None]) -> list[str]:
-    """The options of `ehsid rig new`; asks on a terminal for what is needed and not given."""
+    """The options of `ehsid rig new`; asks on a terminal for what is needed and not given.
+
+    They are tried here, so that nothing is written where one of them is wrong.
+    """
     missing = [question for question in PLATE if given[question.name] is None]
     if missing and not _on_a_terminal():
         options = " ".join(f"--{one.name} '{EXAMPLES[one.name]}'" for one in missing)
@@ -116,7 +120,15 @@ def _plate_words(given: dict[str, str | None]) -> list[str]:
         answer = _asked(question, console)
         assert answer is not None  # it is essential
         given[question.name] = answer.text
-    return [word for name, text in given.items() if text for word in (f"--{name}", text)]
+    texts = {name: text for name, text in given.items() if text}
+    try:
+        for question in EHS:
+            if text := texts.get(question.name):
+                read_quantity(text, f"--{question.name}", question.usual, question.si)
+        rig_file_text("start", "ehs", answered("ehs", texts))
+    except ValueError as error:
+        refuse(str(error))
+    return [word for name, text in texts.items() for word in (f"--{name}", text)]
 
 
 def _run(line: Sequence[str]) -> None:

@@ -83,9 +83,15 @@ def test_on_a_terminal_the_five_values_are_asked_for(
     assert opened == [(Path("start/diagnosis/report.html").absolute()).as_uri()]
 
 
-def test_a_wrong_size_ends_it_before_the_diagnosis(fake: FakeDiagnose) -> None:
-    code, said = run("run1.csv", *PLATE[2:], "--bore", "wide")
+@pytest.mark.parametrize(
+    ("option", "size", "words"),
+    [("--bore", "wide", "--bore 'wide': expected a number"), ("--rod", "70 mm", "rod")],
+)
+def test_a_wrong_size_ends_it_before_anything_is_written(
+    fake: FakeDiagnose, option: str, size: str, words: str
+) -> None:
+    code, said = run("run1.csv", *PLATE, option, size)
     assert code == 2
-    assert "--bore 'wide': expected a number" in " ".join(said.split())
-    assert not Path("start/diagnosis").exists()
+    assert words in " ".join(said.split())
+    assert not Path("start").exists()
     assert not fake.calls
