@@ -8,7 +8,7 @@ import hmac
 import os
 import secrets
 from collections.abc import Callable
-from contextlib import suppress
+from contextlib import ExitStack, suppress
 from pathlib import Path
 from typing import Any
 from urllib.parse import unquote
@@ -343,53 +343,53 @@ def serve(folder: Path, port: int = 0, *, ready: Callable[[str], None]) -> None:
     """
     pn.extension(inline=True)
     pn.config.raw_css = []
-    workbench = Workbench(folder)
-    live, histories = LiveRuns(workbench), Histories(workbench)
-    # Cookies of one machine are shared by all its ports.
-    auth = _Token(f"ehsid_{secrets.token_hex(4)}", secrets.token_urlsafe(32))
-    about: dict[str, Any] = {"auth": auth, "workbench": workbench}
-    loop = IOLoop.current()
-    server = get_server(
-        {
-            "/": lambda: _page_of_a_session(workbench, histories),
-            "/machines": lambda: MachinesView(histories).template,
-            "/history": lambda: HistoryView(histories).template,
-            "/playground": lambda: PlaygroundView(workbench).template,
-            "/live": lambda: LivePage(live).template,
-        },
-        port=port,
-        address=ADDRESS,
-        title="ehsid",
-        show=False,
-        start=False,
-        loop=loop,
-        auth_provider=auth,
-        include_cookies=[],
-        include_headers=["Host"],
-        websocket_max_message_size=MESSAGE_LIMIT,
-        check_unused_sessions_milliseconds=5000,
-        unused_session_lifetime_milliseconds=30000,
-        http_server_kwargs={"max_body_size": BODY_LIMIT},
-        extra_patterns=[
-            (r"/upload/([^/]+)", _Upload, about),
-            (r"/result/([^/]+)/(.+)", _Result, about),
-            (rf"/history-result/([^/]+)/({PAGE}|{NUMBERS})", _HistoryResult, about),
-            (r"/live-result/(run_\d+)/(.+)", _LiveResult, about),
-        ],
-    )
-    # Only the address itself may be used, not another name of this machine.
-    host = ADDRESS if server.port == HTTP_PORT else f"{ADDRESS}:{server.port}"
-    rule = Rule(_NotOurs(auth, host), _Refusal)
-    server._tornado.default_router.rules.insert(0, rule)
-    server._tornado._websocket_origins.clear()
-    server._tornado._websocket_origins.add(f"{ADDRESS}:{server.port}")
-    loop.asyncio_loop.set_exception_handler(_of_the_loop)  # type: ignore[attr-defined]
-    try:
+    with ExitStack() as closing:  # also where the port is taken
+        workbench = Workbench(folder)
+        closing.callback(workbench.close)
+        histories = Histories(workbench)
+        closing.callback(histories.close)
+        live = LiveRuns(workbench)
+        closing.callback(live.close)
+        # Cookies of one machine are shared by all its ports.
+        auth = _Token(f"ehsid_{secrets.token_hex(4)}", secrets.token_urlsafe(32))
+        about: dict[str, Any] = {"auth": auth, "workbench": workbench}
+        loop = IOLoop.current()
+        server = get_server(
+            {
+                "/": lambda: _page_of_a_session(workbench, histories),
+                "/machines": lambda: MachinesView(histories).template,
+                "/history": lambda: HistoryView(histories).template,
+                "/playground": lambda: PlaygroundView(workbench).template,
+                "/live": lambda: LivePage(live).template,
+            },
+            port=port,
+            address=ADDRESS,
+            title="ehsid",
+            show=False,
+            start=False,
+            loop=loop,
+            auth_provider=auth,
+            include_cookies=[],
+            include_headers=["Host"],
+            websocket_max_message_size=MESSAGE_LIMIT,
+            check_unused_sessions_milliseconds=5000,
+            unused_session_lifetime_milliseconds=30000,
+            http_server_kwargs={"max_body_size": BODY_LIMIT},
+            extra_patterns=[
+                (r"/upload/([^/]+)", _Upload, about),
+                (r"/result/([^/]+)/(.+)", _Result, about),
+                (rf"/history-result/([^/]+)/({PAGE}|{NUMBERS})", _HistoryResult, about),
+                (r"/live-result/(run_\d+)/(.+)", _LiveResult, about),
+            ],
+        )
+        # Only the address itself may be used, not another name of this machine.
+        host = ADDRESS if server.port == HTTP_PORT else f"{ADDRESS}:{server.port}"
+        rule = Rule(_NotOurs(auth, host), _Refusal)
+        server._tornado.default_router.rules.insert(0, rule)
+        server._tornado._websocket_origins.clear()
+        server._tornado._websocket_origins.add(f"{ADDRESS}:{server.port}")
+        loop.asyncio_loop.set_exception_handler(_of_the_loop)  # type: ignore[attr-defined]
+        closing.callback(server.stop)
         server.start()
         ready(f"http://{ADDRESS}:{server.port}/login?token={auth.token}")
         loop.start()
-    finally:
-        live.close()
-        histories.close()
-        workbench.close()
-        server.stop()

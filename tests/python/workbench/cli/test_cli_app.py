@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+import fcntl
+import os
 import socket
 import subprocess
 import sys
@@ -46,3 +48,17 @@ def test_a_folder_that_cannot_be_made_is_told(folder: str, tmp_path: Path) -> No
     assert outcome.stdout == ""
     assert f"{folder}: cannot be used as the folder of the workbench (" in outcome.stderr
     assert "Traceback" not in outcome.stderr
+
+
+# Tornado itself leaves the socket open whose bind has failed.
+@pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")
+def test_where_the_port_is_taken_the_folder_is_free_again(tmp_path: Path) -> None:
+    server = pytest.importorskip("ehsid.workbench.server", reason="the extra app is not installed")
+    with socket.socket() as taken:
+        taken.bind(("127.0.0.1", 0))
+        taken.listen()
+        with pytest.raises(OSError, match="in use"):
+            server.serve(tmp_path, taken.getsockname()[1], ready=pytest.fail)
+    folder = os.open(tmp_path, os.O_RDONLY)
+    fcntl.flock(folder, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    os.close(folder)
