@@ -35,12 +35,10 @@ from ..search.intervals import matters
 from ..search.preselection import preselected
 from ..search.score import left
 from .fitting import LONG
-from .forms import MASS
+from .forms import CONSTANTS, MASS
 
 # Effects that get a fit, and the share of the time that it takes to choose them.
 KEPT, CHOICE = 3, 0.5
-# The effect that a law is where its curve is a constant.
-CONSTANTS = {"delay": "transport_delay", "force": "load_force", "spool": "valve_null_bias"}
 
 
 def is_part(effect: str, laws: Sequence[Law]) -> bool:

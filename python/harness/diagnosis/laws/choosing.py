@@ -27,7 +27,7 @@ from ..search.search import restrict
 from .beside import constant_of, effect_beside, is_part, without_law
 from .drifting import Drift, explains_more
 from .fitting import LONG, with_law, with_one_law
-from .forms import MASS, MASSES, MENU, SPRING, describe, is_linkage, visited
+from .forms import CONSTANTS, MASS, MASSES, MENU, SPRING, describe, is_linkage, visited
 from .forms import laws as laws_of_menu
 
 MOST_LAWS = 2
@@ -226,7 +226,11 @@ class _Chain:
 
     def longer(self, progress: Progress | None) -> _Chain:
         """With a law more, or the same where none is worth its cost."""
-        found = with_one_law(self.case, self.last, progress, over_time=self.over_time)
+        found = [
+            each
+            for each in with_one_law(self.case, self.last, progress, over_time=self.over_time)
+            if not self._is_effect(each.candidate)
+        ]
         if not found:
             return self
         lefts = [left(self.case, each) for each in self.steps]
@@ -247,6 +251,17 @@ class _Chain:
             if other is not each and abs(other.left - each.left) < RIVAL
         )
         return replace(self, steps=(*self.steps, each.candidate), rivals=(*self.rivals, rivals))
+
+    def _is_effect(self, found: FittedCandidate) -> bool:
+        """Whether the last law is constant and so an effect, which the search has judged.
+
+        Where edges of the valve can replace a load force, they can replace such a law.
+        """
+        law = found.laws[-1]
+        if CONSTANTS.get(law.adds_to) not in self.effect_ids:
+            return False
+        weights = _nearest(law, visited(self.case, found)[law.of])
+        return describe(found.tables()[law.name], weights).is_constant
 
     def with_effect(self, progress: Progress | None) -> _Chain:
         """With an effect more, or the same where none is worth its cost."""

@@ -17,6 +17,7 @@ import numpy as np
 import ehsid
 
 from ...base.numbers import FloatArray, plain_number
+from ...catalogue.parameters import plain_name
 from ...rigs import Rig
 from ...rigs.rig import OF_TERM, OF_VARIABLE, TableLaw, table_words
 from ..model.case import Case
@@ -240,8 +241,8 @@ def is_linkage(laws: Iterable[Law]) -> bool:
     return MASS in kinds and kinds <= LINKAGE
 
 
-# Constant terms that have a name.
-CONSTANTS = {"force": "a load force", "spool": "a null bias", "delay": "a transport delay"}
+# The effect that a law is where its curve is a constant.
+CONSTANTS = {"delay": "transport_delay", "force": "load_force", "spool": "valve_null_bias"}
 
 
 def _constant(x: FloatArray, _: float) -> list[FloatArray]:
@@ -250,7 +251,8 @@ def _constant(x: FloatArray, _: float) -> list[FloatArray]:
 
 def _constant_words(c: FloatArray, _: float, law: TableLaw) -> str:
     text = f"is nearly constant at {_term(c[0], law)}"
-    return f"{text}, as {CONSTANTS[law.adds_to]}" if law.adds_to in CONSTANTS else text
+    effect = CONSTANTS.get(law.adds_to)
+    return text if effect is None else f"{text}, as a {plain_name(effect)}"
 
 
 def _line(x: FloatArray, _: float) -> list[FloatArray]:
@@ -393,6 +395,11 @@ class Description:
 
     words: str
     form: tuple[float, ...] | None
+
+    @property
+    def is_constant(self) -> bool:
+        """Whether the simple form is a constant."""
+        return self.form is not None and len(set(self.form)) == 1
 
 
 def describe(law: TableLaw, weights: Sequence[float], mass_kg: float = 0.0) -> Description:

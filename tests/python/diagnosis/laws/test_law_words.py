@@ -35,7 +35,7 @@ CASES = {
     "turbulent drag": (law("force", "velocity_m_s", 3000.0 * X * np.abs(X)), "square"),
     "a dead band": (law("spool", "spool", -np.clip(X, -0.05, 0.05)), "first 5"),
     "a saturation near": (law("spool", "spool", 0.3 * np.tanh(X / 0.3) - X), "near 29"),
-    "a null bias": (law("spool", "spool", np.full(12, 0.02)), "constant at 2 %"),
+    "a valve null bias": (law("spool", "spool", np.full(12, 0.02)), "constant at 2 %"),
     "a transport delay": (law("delay", "time_s", np.full(12, 0.004)), "4 ms"),
     "then rises 21 mm per s": (
         law("sensor", "time_s", np.maximum(X - 0.05, 0.0) * 0.02),
