@@ -157,7 +157,7 @@ def best_fit(
 
     starts: sizes of the effect. truth: outputs of the record, as `Problem.simulate` gives them.
     """
-    problem = case.problem(effects, unseen=True)
+    problem = case.problem(effects)
     centre = problem.centre()
     problem = problem.explaining(truth, centre, np.zeros((len(problem.outputs), BANDS)))
     white, roots = White(problem, case.rig), np.sqrt(problem.information())
@@ -195,7 +195,7 @@ def best_fit(
 
 def started(case: Case, effects: tuple[str, ...], sizes: Mapping[str, float]) -> FloatArray:
     """Values as in the rig file, with an effect of these sizes, shape (n,)."""
-    x = case.problem(effects, unseen=True).centre()
+    x = case.problem(effects).centre()
     own = [
         place
         for effect in effects
@@ -272,9 +272,9 @@ def point(pair: Pair, turned: bool, factor: float, draws: int) -> dict[str, Any]
     true, other = reversed(pair.names) if turned else pair.names
     rig = pair.setting.rig()
     case = make_case(rig, [record_of(pair.setting, SEED, {})])
-    case = replace(case, training=case.records, blocks=False)
+    case = replace(case, training=case.records, blocks=False, unseen=True)
     sizes = scaled(true, effect_starts(true, rig)[0], factor)
-    truth = case.problem((true,), unseen=True).simulate(started(case, (true,), sizes))
+    truth = case.problem((true,)).simulate(started(case, (true,), sizes))
     right = best_fit(case, (true,), [sizes], truth)
     others = [effect_values(other, start) for start in effect_starts(other, rig)]
     wrong, none = best_fit(case, (other,), others, truth), best_fit(case, (), [{}], truth)

@@ -63,6 +63,8 @@ class Case:
     """Length of the windows in s, and which states are reset in each window, as in `compare`."""
     held: Mapping[str, float] = field(default_factory=dict)
     """Values of parameters of effects that are not fitted, by full name."""
+    unseen: bool = False
+    """Whether fits include what only chamber pressures show, see `calibration_parameters`."""
     effort: Effort = "full"
     """How many fits the search makes."""
     engine: SimulatorEngine | None = None
@@ -82,14 +84,11 @@ class Case:
         """Whether the pressure of at least one chamber is compared."""
         return any(name in CHAMBER_PRESSURES for name in self.outputs)
 
-    def parameters(
-        self, effects: Sequence[str] = (), *, unseen: bool = False
-    ) -> tuple[Parameter, ...]:
-        """Returns the parameters of the calibration, then those of the effects in the given order.
-
-        `unseen` has the same meaning as in `calibration_parameters`.
-        """
-        parameters = list(calibration_parameters(self.rig, pressures=self.pressures, unseen=unseen))
+    def parameters(self, effects: Sequence[str] = ()) -> tuple[Parameter, ...]:
+        """Parameters of the calibration, then those of the effects in the given order."""
+        parameters = list(
+            calibration_parameters(self.rig, pressures=self.pressures, unseen=self.unseen)
+        )
         for effect in effects:
             # The effect replaces its nuisances. They are held but keep their places in x.
             nuisances = (catalogue()[effect].nuisance or "").split()
@@ -110,7 +109,6 @@ class Case:
         window_s: float | None = None,
         held_out: bool = False,
         all_states: bool | None = None,
-        unseen: bool = False,
         white: bool = False,
         laws: Sequence[Law] = (),
     ) -> Problem:
@@ -122,7 +120,7 @@ class Case:
         return Problem(
             self.rig,
             [self._compared(record, window_s, all_states, blocks) for record in records],
-            self.parameters(effects, unseen=unseen),
+            self.parameters(effects),
             outputs=self.outputs,
             floors={name: floor.value for name, floor in self.floors.items()},
             substeps=self.substeps,

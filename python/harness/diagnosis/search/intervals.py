@@ -17,7 +17,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.stats import t as student
@@ -78,7 +78,7 @@ def candidate_covariance(
     them. at_ends: as of `covariance`.
     """
     fine = decision_case(case)
-    problem = fine.problem(candidate.effects, unseen=True, laws=candidate.laws)
+    problem = replace(fine, unseen=True).problem(candidate.effects, laws=candidate.laws)
     fitted = fine.problem(candidate.effects, laws=candidate.laws).parameters
     names = {parameter.name for parameter in fitted}
     indices = [i for i, parameter in enumerate(problem.parameters) if parameter.name in names]

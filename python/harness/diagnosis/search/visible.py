@@ -91,14 +91,14 @@ def ground_of(case: Case, candidate: FittedCandidate | None = None) -> Ground:
 
     As told, the simulator is taken to leave the noise only: before a fit nobody knows more.
     """
-    whole = replace(case, training=case.records, blocks=False)
+    whole = replace(case, training=case.records, blocks=False, unseen=True)
     if candidate is None:
-        problem = whole.problem(unseen=True)
+        problem = whole.problem()
         x = problem.centre()
         likelihoods = problem.likelihoods.values()
         left = np.stack([one.narrowed(0.0).tolerated for one in likelihoods])
         return Ground(whole, (), (), problem, x, problem.linear(x), left)
-    problem = whole.problem(candidate.effects, unseen=True, laws=candidate.laws)
+    problem = whole.problem(candidate.effects, laws=candidate.laws)
     fitted = case.problem(candidate.effects, laws=candidate.laws).parameters
     place = {parameter.name: i for i, parameter in enumerate(problem.parameters)}
     x = problem.centre()
@@ -255,7 +255,7 @@ def beyond(ground: Ground, effect: str, sizes: Mapping[str, float]) -> float:
 
 def shown(ground: Ground, effect: str, sizes: Mapping[str, float]) -> tuple[Problem, Linear | None]:
     """The problem of explaining what an effect shows, linearised; None where it diverges."""
-    with_effect = ground.case.problem((*ground.effects, effect), unseen=True, laws=ground.laws)
+    with_effect = ground.case.problem((*ground.effects, effect), laws=ground.laws)
     own = [x for _, x in effect_parameters(effect, sizes, ground.case.rig.plant)]
     before = ground.x.size - sum(law.knots.size for law in ground.laws)
     x = np.concatenate([ground.x[:before], own, ground.x[before:]])
@@ -263,7 +263,8 @@ def shown(ground: Ground, effect: str, sizes: Mapping[str, float]) -> tuple[Prob
     problem = ground.problem.explaining(simulated, ground.x, ground.left)
     if not (ground.case.pressures or FORCE in spelled_out((effect,))):
         # Without pressures, edges of the valve stay: they may absorb a load force only.
-        kept = ground.case.problem(ground.effects, laws=ground.laws).parameters
+        without = replace(ground.case, unseen=False)
+        kept = without.problem(ground.effects, laws=ground.laws).parameters
         names = {parameter.name for parameter in kept}
         held = np.array([parameter.name not in names for parameter in problem.parameters])
         problem.low = np.where(held, ground.x, problem.low)

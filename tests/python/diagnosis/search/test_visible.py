@@ -60,14 +60,14 @@ def octaves(ground: Ground, runs: Sequence[Mapping[str, FloatArray]]) -> list[Fl
 
 
 def with_effect(ground: Ground, effect: str, sizes: Mapping[str, float]) -> dict[str, FloatArray]:
-    problem = ground.case.problem((effect,), unseen=True)
+    problem = ground.case.problem((effect,))
     own = [x for _, x in effect_parameters(effect, sizes)]
     return problem.simulate(np.append(ground.x, own))[0]
 
 
 def movable(ground: Ground, effect: str) -> set[str]:
     """Values that may absorb an effect: without pressures, edges of the valve a force only."""
-    parameters = ground.case.parameters(unseen=effect == FORCE)
+    parameters = replace(ground.case, unseen=effect == FORCE).parameters()
     return {parameter.name for parameter in parameters if parameter.low < parameter.high}
 
 
@@ -174,7 +174,8 @@ def test_a_fit_to_a_record_with_the_effect_leaves_as_much(
     """The record has the effect and noise; what it leaves has the power of both together."""
     if effect == FORCE and not ground.case.pressures:
         pytest.skip("edges of the valve, which a fit holds, absorb it there")
-    told = ground_of(ground.case, calibrate(ground.case))
+    told_case = replace(ground.case, unseen=False)
+    told = ground_of(told_case, calibrate(told_case))
     values = {**OFF, **effect_values(effect, sizes)}
     case = make_case(RIG, [record(values, 1, ground.problem.outputs)])
     fitted = calibrate(case)
