@@ -5,7 +5,6 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-import numpy as np
 import pytest
 from gap_cases import OFF, PRESSURES, RIG, record
 
@@ -45,5 +44,5 @@ def test_what_only_pressures_show_is_fitted_where_it_is_asked_for() -> None:
     assert kept == list(without)
     fitted = calibrate(replace(case, unseen=True))
     found = fitted.values["nuisance.edge_gain_direction"]
-    # Its prior, 0.02, pulls the value towards zero; the sign and most of the size are seen.
-    assert np.sign(found) == 1.0 and 0.5 * 0.05 < found < 1.5 * 0.05
+    # Its prior, 0.02, pulls the value towards zero: the sign and half of the size are asked for.
+    assert found == pytest.approx(0.05, rel=0.5)
