@@ -18,7 +18,7 @@ excitations of their own. Only a change that makes the errors of both smaller co
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -40,6 +40,15 @@ from .forms import laws as laws_of_menu
 # Other values are told where they explain this share of what the best one does.
 AS_GOOD = 0.6
 MOST_TOLD = 3
+# What the warming of the oil changes in the course of any record, as a standard deviation of the
+# logarithm: mineral oil loses about 3 % of its viscosity with each kelvin, and much less of its
+# stiffness. Up to ORDINARY_SIGMAS of it are no evidence.
+ORDINARY = {
+    "load.viscous_friction_n_s_m": 0.1,
+    "axis.viscous_friction_n_s_m": 0.1,
+    "fluid.bulk_modulus_pa": 0.02,
+}
+ORDINARY_SIGMAS = 2.0
 
 
 @dataclass(frozen=True)
@@ -126,6 +135,8 @@ class _Errors:
     information: FloatArray
     offset: FloatArray
     bounds: FloatArray
+    ordinary: Mapping[int, float]
+    """Standard deviation of a drift that is in every servo, by its place."""
 
     def left(self, places: Sequence[int]) -> tuple[FloatArray, FloatArray]:
         """Errors of both parts with these parameters alone, ln, and the changes of them."""
@@ -136,9 +147,18 @@ class _Errors:
         )
         return np.array([_left(each, change) for each in some]), change
 
+    def as_in_every_servo(self) -> FloatArray:
+        """Errors of both parts without drift but the ordinary one, ln."""
+        information, bounds = self.information.copy(), self.bounds.copy()
+        for place, sigma in self.ordinary.items():
+            information[place] = sigma**-2
+            bounds[place] = np.array([-1.0, 1.0]) * ORDINARY_SIGMAS * sigma
+        servo = replace(self, information=information, bounds=bounds)
+        return servo.left([*range(self.size), *self.ordinary])[0]
+
     def gain(self) -> float:
         """By which all make the errors smaller, ln, in the part in which it is less."""
-        without, _ = self.left(range(self.size))
+        without = self.as_in_every_servo()
         return float(np.min(without - self.left(range(self.offset.size))[0]))
 
 
@@ -168,6 +188,11 @@ def _linearised(
         np.concatenate([information, np.full(len(own), DRIFT_SIGMA**-2)]),
         np.concatenate([offset, np.zeros(len(own))]),
         np.concatenate([bounds, np.full((len(own), 2), np.inf) * (-1.0, 1.0)]),
+        {
+            best.x.size + each: ORDINARY[name]
+            for each, name in enumerate(problems[0].parameters[place].name for place in own)
+            if name in ORDINARY
+        },
     )
 
 

@@ -10,6 +10,7 @@ from gap_cases import OFF, RIG, all_but, over_the_stroke, record
 
 from ehsid.harness.diagnosis.deciding import DRIFTS
 from ehsid.harness.diagnosis.diagnosis import diagnose
+from ehsid.harness.diagnosis.laws import drifting
 from ehsid.harness.diagnosis.laws.drifting import Drift, explains_more, values_that_drift
 from ehsid.harness.diagnosis.model.case import Case, make_case
 from ehsid.harness.diagnosis.options import DiagnosisOptions
@@ -64,6 +65,21 @@ def test_what_changes_is_told_in_words() -> None:
     names = ("effects.internal_leakage.coefficient_m3_s_pa", "effects.valve_lag.bandwidth_hz")
     told = Drift(1.0, tuple((name, -0.25) for name in names)).sentence
     assert "as if internal leakage fell by 25 %, or valve lag (bandwidth) fell by 25 %." in told
+
+
+@pytest.mark.slow
+def test_what_every_servo_does_is_no_drift(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A value that may change by as much, as the viscous friction may, is no evidence."""
+    case = case_of(0.01, 0.01)
+    best = calibrate(case)
+    grown = math.log1p(0.01 * SECONDS)
+    monkeypatch.setattr(drifting, "ORDINARY", {"valve.rated_flow_m3_s": 0.75 * grown})
+    assert values_that_drift(case, best) is None
+    # Half as much is not enough: what is beyond it is evidence, and is told with its whole size.
+    monkeypatch.setattr(drifting, "ORDINARY", {"valve.rated_flow_m3_s": 0.25 * grown})
+    drift = values_that_drift(case, best)
+    assert drift is not None
+    assert math.log1p(drift.changes[0][1]) == pytest.approx(grown, rel=0.15)
 
 
 @pytest.mark.slow
