@@ -13,13 +13,14 @@ from matplotlib.figure import Figure
 
 import ehsid
 from ehsid.harness.base.numbers import FloatArray
+from ehsid.harness.catalogue.parameters import value_name
 from ehsid.harness.catalogue.spellings import ParameterKey
 from ehsid.harness.diagnosis import diagnose
 from ehsid.harness.diagnosis.result import Diagnosis
 from ehsid.harness.records import Record, make_record, read_record
 from ehsid.harness.rigs import Rig, read_rig
 from ehsid.harness.show.gap_page import write_diagnosis
-from ehsid.harness.show.gap_words import interval, quantity, unit_of, value_name
+from ehsid.harness.show.gap_words import interval, quantity, unit_of
 from ehsid.harness.show.page import Link, Section, Table, Tagged
 from ehsid.harness.show.plotting import CONFIGURED, FOUND, MEASURED, stacked, styled
 
