@@ -166,6 +166,7 @@ class Signals:
         self.layout = pn.Column(sizing_mode="stretch_width")
         self._made: object = None
         self._names: list[str] = []
+        self._chosen = ""
         self._stack: Stack | None = None
 
     def show(
@@ -191,15 +192,21 @@ class Signals:
             if before is not None and self._stack is not None:  # the range that is looked at stays
                 seen = before.plots[0].x_range
                 self._stack.plots[0].x_range.update(start=seen.start, end=seen.end)
+            self._turn()  # before they are on the page: else all of them are seen for a moment
             self.layout.objects = [] if self._stack is None else [self._stack.layout]
         return self._names if runs else []
 
     def choose(self, name: str) -> None:
         """Shows an output; nothing for another name."""
+        self._chosen = name
         self.layout.visible = name in self._names
-        if self._stack is not None and name in self._names:
-            for number, plot in enumerate(self._stack.plots):
-                plot.visible = self._names[number // 2] == name
+        self._turn()
+
+    def _turn(self) -> None:
+        """Shows the two plots of the chosen output, else those of the first one."""
+        chosen = self._chosen if self._chosen in self._names else next(iter(self._names), "")
+        for number, plot in enumerate(self._stack.plots if self._stack else ()):
+            plot.visible = self._names[number // 2] == chosen
 
     def _drawn(self, folder: Path, runs: Sequence[Run], kinds: Mapping[str, str]) -> Stack:
         panels = []
