@@ -27,7 +27,7 @@ from ..search.search import restrict
 from .beside import constant_of, effect_beside, is_part, without_law
 from .drifting import Drift, explains_more
 from .fitting import LONG, with_law, with_one_law
-from .forms import CONSTANTS, MASS, MASSES, MENU, SPRING, describe, is_linkage, visited
+from .forms import MASS, MASSES, MENU, SPRING, describe, is_linkage, visited
 from .forms import laws as laws_of_menu
 
 MOST_LAWS = 2
@@ -200,18 +200,23 @@ def shows_linkage(case: Case, candidate: FittedCandidate) -> bool:
 
 
 def _edges_can_replace(case: Case, best: FittedCandidate, with_laws: FittedCandidate) -> bool:
-    """Whether unequal edges of the valve leave as little as laws do, where no pressure is measured.
+    """Whether unequal edges of the valve are as probable as laws, where no pressure is measured.
 
-    The fits leave these edges out, because a load force would be told as them.
+    The fits leave these edges out, because a load force would be told as them. So a law may stand
+    for them, or for a load force that is not named because they can replace it.
     """
     if case.pressures or case.rig.plant != "ehs" or is_linkage(with_laws.laws):
         return False
-    unseen = replace(case, unseen=True)
-    place = {parameter.name: i for i, parameter in enumerate(unseen.parameters(best.effects))}
-    x = unseen.problem(best.effects).centre()
-    x[[place[parameter.name] for parameter in case.parameters(best.effects)]] = best.x
-    found = _fitted(unseen, x, best.effects, ())
-    return _penalised(unseen, found) <= _penalised(case, with_laws)
+    problem = replace(case, unseen=True).problem(best.effects)
+    fitted = {parameter.name for parameter in case.parameters(best.effects)}
+    seen = np.array([parameter.name in fitted for parameter in problem.parameters])
+    centre = problem.centre()
+    x = centre.copy()
+    x[seen] = best.x
+    found = _fitted(replace(case, unseen=True), x, best.effects, ())
+    # They cost what their priors take: the data alone would move them anywhere.
+    cost = 0.5 * float(np.sum((problem.information() * (found.x - centre) ** 2)[~seen]))
+    return _penalised(case, found) + cost / EVIDENCE <= _penalised(case, with_laws)
 
 
 def _shrinks(before: FittedCandidate, found: FittedCandidate) -> bool:
@@ -243,11 +248,7 @@ class _Chain:
 
     def longer(self, progress: Progress | None) -> _Chain:
         """With a law more, or the same where none is worth its cost."""
-        found = [
-            each
-            for each in with_one_law(self.case, self.last, progress, over_time=self.over_time)
-            if not self._is_effect(each.candidate)
-        ]
+        found = with_one_law(self.case, self.last, progress, over_time=self.over_time)
         if not found:
             return self
         lefts = [left(self.case, each) for each in self.steps]
@@ -268,17 +269,6 @@ class _Chain:
             if other is not each and abs(other.left - each.left) < RIVAL
         )
         return replace(self, steps=(*self.steps, each.candidate), rivals=(*self.rivals, rivals))
-
-    def _is_effect(self, found: FittedCandidate) -> bool:
-        """Whether the last law is constant and so an effect, which the search has judged.
-
-        Where edges of the valve can replace a load force, they can replace such a law.
-        """
-        law = found.laws[-1]
-        if CONSTANTS.get(law.adds_to) not in self.effect_ids:
-            return False
-        weights = _nearest(law, visited(self.case, found)[law.of])
-        return describe(found.tables()[law.name], weights).is_constant
 
     def with_effect(self, progress: Progress | None) -> _Chain:
         """With an effect more, or the same where none is worth its cost."""

@@ -119,18 +119,6 @@ def test_a_sound_machine_lacks_no_law() -> None:
     assert missing_laws(case, calibrated, calibrated) is None
 
 
-def test_a_law_that_is_constant_is_an_effect_where_that_may_be_named() -> None:
-    """As where edges of the valve can replace the load force, so that no set has it."""
-    force = {"effects.load_force.force_n": 2000.0}
-    case = make_case(RIG, *([record({**OFF, **force}, seed)] for seed in (1, 2)))
-    calibrated = calibrate(case)
-    found = missing_laws(case, calibrated, calibrated)
-    assert found is not None
-    assert "constant" in found.laws[0].looks_like
-    assert "as a load force" in found.laws[0].looks_like
-    assert missing_laws(case, calibrated, calibrated, effect_ids=("load_force",)) is None
-
-
 def test_a_law_that_gains_less_than_it_costs_is_not_shown() -> None:
     small = replace(DRAG, values=tuple(0.05 * value for value in DRAG.values))
     case = make_case(RIG, [with_table(small, 1)], [with_table(small, 2)])
