@@ -269,11 +269,12 @@ def _contradictions(score: Score) -> Section:
 def _how(score: Score) -> Section:
     blocks: list[Block] = [
         (
-            "The records come from a generator that shares no form of the equations, no integrator "
-            "and no code with the simulator of the diagnosis. The answers are in a file of their "
-            "own, whose SHA-256 is written before the run. The diagnosis reads only the rig and "
-            "the records. One table (module judging) decides what is right: all laws of friction "
-            "count as one, and a set that contains the truth is right."
+            "The records come from a generator that shares no integrator and no code with the "
+            "simulator of the diagnosis. Of its equations one has a form that the simulator can "
+            "have, too: the metering edge that closes where its rounding ends. The answers are in "
+            "a file of their own, whose SHA-256 is written before the run. The diagnosis reads "
+            "only the rig and the records. One table (module judging) decides what is right: all "
+            "laws of friction count as one, and a set that contains the truth is right."
         )
     ]
     if score.seal is not None:

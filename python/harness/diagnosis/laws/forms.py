@@ -396,11 +396,6 @@ class Description:
     words: str
     form: tuple[float, ...] | None
 
-    @property
-    def is_constant(self) -> bool:
-        """Whether the simple form is a constant."""
-        return self.form is not None and len(set(self.form)) == 1
-
 
 def describe(law: TableLaw, weights: Sequence[float], mass_kg: float = 0.0) -> Description:
     """Describes the form of a law; weights: share of the samples at each knot.
