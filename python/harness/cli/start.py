@@ -5,20 +5,26 @@ from __future__ import annotations
 
 import os
 import shlex
-from collections.abc import Sequence
+from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from ..catalogue.channels import COMMAND, POSITION
 from ..rigs.quantities import read_quantity
 from ..rigs.questions import EHS, EXAMPLES, answered, help_of, rig_file_text
 from .console import Console, note, refuse
+from .importing import imported, print_record
 from .options import Maps, SamplingTime
 from .rig_new import _asked, _on_a_terminal
 
+if TYPE_CHECKING:
+    from ..records import Record
+
 # The values of a name plate that have no typical value; mass and drop are better than guessed.
 PLATE = tuple(question for question in EHS if question.essential)
+FULL = "rated-command"
 RECORD, RIG, DIAGNOSIS = "{}.npz", "rig.toml", "diagnosis"
 
 
@@ -39,6 +45,7 @@ def start_command(
     supply: Annotated[str | None, _plate("supply")] = None,
     rated_flow: Annotated[str | None, _plate("rated-flow")] = None,
     rated_drop: Annotated[str | None, _plate("rated-drop")] = None,
+    rated_command: Annotated[str | None, _plate("rated-command")] = None,
     mass: Annotated[str | None, _plate("mass")] = None,
     maps: Maps = None,
     sampling_time: SamplingTime = None,
@@ -71,20 +78,29 @@ def start_command(
         "supply": supply,
         "rated-flow": rated_flow,
         "rated-drop": rated_drop,
+        "rated-command": rated_command,
         "mass": mass,
     }
     rig = out / RIG
-    plate = [] if rig.is_file() else _plate_words(given)
+    new = not rig.is_file()
+    if new:
+        _check(given)
     reading = [word for one in maps or () for word in ("--map", one)]
     if sampling_time is not None:
         reading += ["--dt", f"{sampling_time:.12g}"]
     out.mkdir(parents=True, exist_ok=True)
     records = [out / RECORD.format(name) for name in names]
-    lines = [
-        ["import", os.fspath(log), *reading, "--out", os.fspath(record)]
-        for log, record in zip(logs, records, strict=True)
-    ]
-    if plate:
+    lines: list[list[str]] = []
+    units: set[str] = set()
+    for log, record in zip(logs, records, strict=True):
+        lines.append(["import", os.fspath(log), *reading, "--out", os.fspath(record)])
+        _say(lines[-1])
+        made = imported(log, maps, sampling_time, record, required=(COMMAND, POSITION))
+        print_record(made, record, Console())
+        units.add(unit_of_command(made))
+    first = len(lines)
+    if new:
+        plate = _plate_words(given, units)
         lines.append(["rig", "new", *plate, "--name", out.absolute().name, "--out", os.fspath(rig)])
     else:
         note(f"the rig file {rig} is taken as it is")
@@ -92,7 +108,7 @@ def start_command(
     lines.append(["rig", "check", os.fspath(rig), *used])
     diagnosis = os.fspath(out / DIAGNOSIS)
     lines.append(["gap", *used, "--rig", os.fspath(rig), "--out", diagnosis])
-    for line in lines:
+    for line in lines[first:]:
         _run(line)
     console = Console()
     console.print("\nThese commands did it; each has --help:")
@@ -103,11 +119,14 @@ def start_command(
         typer.launch(report.as_uri())
 
 
-def _plate_words(given: dict[str, str | None]) -> list[str]:
-    """The options of `ehsid rig new`; asks on a terminal for what is needed and not given.
+def unit_of_command(record: Record) -> str:
+    """Returns the unit that the command of a record has in its log: V, mA or percent."""
+    taken = () if record.origin is None else record.origin.taken
+    return next((one.unit for one in taken if one.channel == COMMAND and one.unit), "V")
 
-    They are tried here, so that nothing is written where one of them is wrong.
-    """
+
+def _check(given: Mapping[str, str | None]) -> None:
+    """Refuses values that cannot be read, or that are missing where nobody can be asked."""
     missing = [question for question in PLATE if given[question.name] is None]
     if missing and not _on_a_terminal():
         options = " ".join(f"--{one.name} '{EXAMPLES[one.name]}'" for one in missing)
@@ -115,19 +134,37 @@ def _plate_words(given: dict[str, str | None]) -> list[str]:
             f"{', '.join(f'--{one.name}' for one in missing)}: missing: expected such as "
             f"{options}; give them, or start the command on a terminal, where it asks"
         )
-    console = Console()
-    for question in missing:
-        answer = _asked(question, console)
-        assert answer is not None  # it is essential
-        given[question.name] = answer.text
     texts = {name: text for name, text in given.items() if text}
     try:
         for question in EHS:
             if text := texts.get(question.name):
                 read_quantity(text, f"--{question.name}", question.usual, question.si)
-        rig_file_text("start", "ehs", answered("ehs", texts))
+        if not missing:
+            rig_file_text("start", "ehs", answered("ehs", texts))
     except ValueError as error:
         refuse(str(error))
+
+
+def _plate_words(given: Mapping[str, str | None], units: Collection[str]) -> list[str]:
+    """The options of `ehsid rig new`; asks on a terminal for what is needed and not given."""
+    texts = {name: text for name, text in given.items() if text}
+    needed = [*PLATE]
+    if "percent" in units:  # the rated command is 100 % by what the unit means
+        texts.setdefault(FULL, "100 %")
+    elif "mA" in units and FULL not in texts:
+        if not _on_a_terminal():
+            refuse(
+                f"--{FULL}: missing, and the command of the logs is in mA: expected the command "
+                f"at full opening, such as --{FULL} '20 mA'; the data sheet of the valve has it"
+            )
+        needed.append(next(one for one in EHS if one.name == FULL))
+    console = Console()
+    for question in needed:
+        if question.name not in texts:
+            answer = _asked(question, console)
+            if answer is not None:
+                texts[question.name] = answer.text
+    _check({question.name: texts.get(question.name) for question in EHS})
     return [word for name, text in texts.items() for word in (f"--{name}", text)]
 
 
@@ -135,10 +172,14 @@ def _run(line: Sequence[str]) -> None:
     """Runs one of our commands, as if it were typed; ends where it ends with an error."""
     from . import cli
 
-    Console().print(f"\n$ {_shown(line)}", style="bold", soft_wrap=True)
+    _say(line)
     code = cli(list(line), prog_name="ehsid", standalone_mode=False)
     if code:
         raise typer.Exit(int(code))
+
+
+def _say(line: Sequence[str]) -> None:
+    Console().print(f"\n$ {_shown(line)}", style="bold", soft_wrap=True)
 
 
 def _shown(line: Sequence[str]) -> str:

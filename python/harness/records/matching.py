@@ -70,6 +70,8 @@ class Matching:
         self.without_value: dict[str, str] = {}  # remarks on numbers for no value, by series
         self._maps, self._by_rig = request.stated([one.name for one in self._signals])
         self._units = {name: one.unit for name, one in self._maps.items() if one.unit is not None}
+        named = [series for one in self._maps.values() for series in self._named(one.name)]
+        self._by_maps = {(one.group, one.name) for one in named}
 
     def choose(self, wanted: Collection[str], required: Collection[str]) -> list[Choice]:
         """Returns the choices for the wanted columns but the time, in the order of `wanted`.
@@ -123,12 +125,14 @@ class Matching:
 
     def missing(self, used: Sequence[Taken]) -> list[str]:
         """Returns remarks on command and position where no column was read as one of them."""
-        made = {one.channel for one in used}
-        others = [one.column for one in used if one.channel in CHANNELS]
+        made = {one.channel: one.column for one in used if one.channel in CHANNELS}
         remarks = []
         for channel in (COMMAND, POSITION):
             if channel in made or channel in self._told:
                 continue
+            # The "position of the valve" can be that of its spool, or the command.
+            free = SPOOL if channel == COMMAND and SPOOL not in self._maps else None
+            others = [column for other, column in made.items() if other != free]
             likely = self._likely(channel, others)
             names = " or ".join(f"'{one.name}'" for one in likely)
             options = " or ".join(self.map_option(channel, one) for one in likely or (None,))
@@ -149,7 +153,8 @@ class Matching:
             unit_text = one.unit or split_unit(one.name)[1] or ""
             fraction = pint_unit(unit_text, SPOOL) is not None  # of the stroke, or no unit at all
             foreign = is_other_unit(unit_text, channel) and not fraction
-            known = any(means(one.name, other) for other in CHANNELS if other != channel)
+            may_be = (channel, SPOOL) if channel == COMMAND else (channel,)
+            known = any(means(one.name, other) for other in CHANNELS if other not in may_be)
             other = channel == POSITION and says_other(one.name)
             if one.name in others or foreign or known or other or is_counter(one.name):
                 continue
@@ -200,7 +205,12 @@ class Matching:
                 for one in self._signals
                 if not is_other_unit(one.unit, name) and means(one.name, name)
             ]
-            found = [one for one in found if not is_counter(one.name)]
+            # A column that the user has named for another channel is free for no other one.
+            found = [
+                one
+                for one in found
+                if not is_counter(one.name) and (one.group, one.name) not in self._by_maps
+            ]
             if name == POSITION and not found:
                 found = self._only_length()
         if len(found) == 1:

@@ -7,6 +7,7 @@ import builtins
 from collections.abc import Iterator
 from pathlib import Path
 
+import numpy as np
 import pytest
 from diagnosis_stand_in import FakeDiagnose
 from made_diagnoses import made_diagnosis, measured_record
@@ -81,6 +82,54 @@ def test_on_a_terminal_the_five_values_are_asked_for(
     assert "expected a number and its unit" in said  # of the answer "wide"
     assert not list(answers)
     assert opened == [(Path("start/diagnosis/report.html").absolute()).as_uri()]
+
+
+def log_of(name: str, unit: str) -> None:
+    """Write a log whose command has this unit, and a name of its own."""
+    record = measured_record("record", 1, seconds=4.0, dt_s=2e-3)
+    columns = {"Zeit [s]": record.time_s, f"{name} [{unit}]": 10.0 * record.columns["command_v"]}
+    columns["Weg [mm]"] = 1e3 * record.columns["position_m"]
+    rows = np.column_stack(list(columns.values()))
+    np.savetxt("log.csv", rows, delimiter=";", header=";".join(columns), comments="", fmt="%.5f")
+
+
+def test_a_command_in_per_cent_has_a_rated_command_of_100(fake: FakeDiagnose) -> None:
+    log_of("Stellgröße", "%")
+    code, said = run("log.csv", *PLATE)
+    assert code == 0, said
+    assert fake.asked.rig.values["valve.rated_command_v"] == 100.0
+    assert "--rated-command '100 %'" in said
+    assert run("log.csv", *PLATE, "--rated-command", "50 %", "--out", "half")[0] == 0
+    assert fake.asked.rig.values["valve.rated_command_v"] == 50.0
+
+
+def test_a_command_in_ma_needs_its_rated_command(
+    fake: FakeDiagnose, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    log_of("Stellgröße", "mA")
+    code, said = run("log.csv", *PLATE)
+    assert code == 2
+    assert "--rated-command: missing, and the command of the logs is in mA" in said
+    assert not fake.calls
+    answers = iter(["63 mm", "35 mm", "300 mm", "120 bar", "38 l/min", "20 mA"])
+    monkeypatch.setattr(start, "_on_a_terminal", lambda: True)
+    monkeypatch.setattr(builtins, "input", lambda: next(answers))
+    assert run("log.csv", "--no-open")[0] == 0
+    assert fake.asked.rig.values["valve.rated_command_v"] == 20.0
+
+
+def test_a_log_without_a_command_is_refused_before_the_questions(
+    fake: FakeDiagnose, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    log_of("Ventilstellung", "%")
+    monkeypatch.setattr(start, "_on_a_terminal", lambda: True)  # no answer is ready
+    code, said = run("log.csv")
+    assert code == 2
+    assert "there is no column 'command_v'" in said
+    option = "command_v=Ventilstellung [percent]"
+    assert f"--map '{option}'" in said
+    code, said = run("log.csv", *PLATE, "--map", option, "--no-open")
+    assert code == 0, said
 
 
 @pytest.mark.parametrize(
