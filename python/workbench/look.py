@@ -42,6 +42,7 @@ THEMES = {
     },
 }  # fmt: skip
 
+SHEET = ":host { --above: 15.1rem; }"  # what is above a pane of a sheet
 PULSE = "ehsid-pulse"  # tag of the field by which a page sees that the server has answered
 CODE = re.compile("`([a-z0-9. -]+)`")
 
@@ -249,17 +250,27 @@ class Switch:
         self._changed()
 
 
-def sheets(parts: Mapping[str, pn.viewable.Viewable]) -> pn.Column:
-    """Returns parts of which one is shown, below the switch that chooses it."""
-    held = {name: pn.Column(part, sizing_mode="stretch_width") for name, part in parts.items()}
+class Sheets:
+    """Parts of which one is shown, below the switch that chooses it; `layout` has all."""
 
-    def turn() -> None:
-        for name, one in held.items():
-            one.visible = name == switch.chosen
+    def __init__(self, parts: Mapping[str, Sequence[pn.viewable.Viewable]]) -> None:
+        self._held: dict[str, pn.Column] = {}
+        self._switch = Switch(self._turn)
+        self.layout = pn.Column(sizing_mode="stretch_width")
+        self.show(parts)
 
-    switch = Switch(turn)
-    switch.offer(list(held))
-    return pn.Column(switch.layout, *held.values(), sizing_mode="stretch_width")
+    def show(self, parts: Mapping[str, Sequence[pn.viewable.Viewable]]) -> None:
+        """Shows other parts; the name that is chosen stays where it is among them."""
+        self._held = {
+            name: pn.Column(*part, stylesheets=[SHEET], sizing_mode="stretch_width")
+            for name, part in parts.items()
+        }
+        self._switch.offer(list(parts))
+        self.layout.objects = [self._switch.layout, *self._held.values()] if parts else []
+
+    def _turn(self) -> None:
+        for name, one in self._held.items():
+            one.visible = name == self._switch.chosen
 
 
 def title(name: str, purpose: str) -> pn.pane.HTML:

@@ -53,7 +53,6 @@ from .plots import Latest, Line, Panel, legend_above, stacked
 MODEL_ROLES = ("calibrated", "second", "third")
 HEIGHT, CIRCLE, BESIDE = 300, 260, 95  # in pixels; beside the circle: axis and tools
 FARTHEST = 2.0  # from z = 0, that the plot of poles and zeros reaches
-SMALL, LARGE, AXIS = 150, 230, 30  # heights in pixels
 MARGIN = 0.3  # of the range of the coefficients, above and below
 INNOVATIONS = 6.0  # times the RMSE, that the plot holds
 
@@ -114,7 +113,7 @@ def simulation_plots(models: Sequence[DrawnModel], folder: Path, theme: str) -> 
         Panel(label + unit, lines(below)),
     ]
     time_s = np.load(folder / f"{TIME}.npy", mmap_mode="r")
-    return stacked(panels, time_s, theme, "time in s").layout
+    return stacked(panels, time_s, theme, "time in s, on the half that was not fitted").layout
 
 
 def poles_plot(models: Sequence[DrawnModel], theme: str) -> figure:
@@ -169,7 +168,7 @@ def correlation_plot(test: Lags, label: str, theme: str) -> figure:
     largest = max(3.0 * test.band, 1.15 * max(map(abs, test.values)))
     lowest = -max(1.5 * test.band, -1.15 * min(test.values))
     plot = figure(
-        height=HEIGHT - 60,
+        height=HEIGHT - 110,
         sizing_mode="stretch_width",
         y_range=Range1d(lowest, largest),
         tools="reset",
@@ -264,7 +263,13 @@ def _finished(plot: figure, theme: str) -> figure:
 
 
 class EstimatePlots:
-    """The plots; `fits` tells whether they can show an estimate, and `show` shows it."""
+    """The plots; `fits` tells whether they can show an estimate, and `show` shows it.
+
+    Attributes
+    ----------
+    groups
+        names of the groups that are shown one at a time, with their numbers of plots.
+    """
 
     def __init__(self, look: EstimateLook, theme: str) -> None:
         self._signals = {key: Latest(pyramid) for key, pyramid in look.signals.items()}
@@ -285,23 +290,21 @@ class EstimatePlots:
         ]
         innovation = f"innovation in {output.unit}" if output.unit else "innovation"
         panels = [
+            *coefficients,
             Panel(source.label, [Line(source.words, self._signals[INPUT], source.factor)]),
             Panel(output.label, [Line(output.words, self._signals[OUTPUT], output.factor)]),
-            *coefficients,
             Panel("lambda", [Line("lambda", self._signals[FACTOR])]),
             Panel(innovation, [Line(innovation, self._signals[INNOVATION], output.factor)]),
         ]
-        self._stack = stacked(panels, look.time_s, theme, "time in s")
+        sizes = (len(coefficients), len(panels) - len(coefficients))
+        self.groups = dict(zip(("Coefficients", "Signals"), sizes, strict=True))
+        self._stack = stacked(panels, look.time_s, theme, "time in s", sizes)
         self._resets = ColumnDataSource({"x": []})
-        for number, plot in enumerate(self.plots):
-            of_coefficients = 2 <= number < 2 + len(self._groups)
-            bottom = number == len(panels) - 1
-            plot.height = (LARGE if of_coefficients else SMALL) + AXIS * bottom
-            if of_coefficients:
-                plot.y_range = Range1d()
-                plot.vspan(
-                    "x", source=self._resets, line_color=THEMES[theme]["bad"], line_dash="dashed"
-                )
+        for plot in self.plots[: len(coefficients)]:
+            plot.y_range = Range1d()
+            plot.vspan(
+                "x", source=self._resets, line_color=THEMES[theme]["bad"], line_dash="dashed"
+            )
         self._output_factor = output.factor
         self.plots[-1].y_range = Range1d()
         self.show(look)
@@ -315,6 +318,12 @@ class EstimatePlots:
     def plots(self) -> list[figure]:
         """The plots from top to bottom."""
         return self._stack.plots
+
+    def choose(self, name: str) -> None:
+        """Shows the plots of one of the groups."""
+        last = len(self._groups)
+        for number, plot in enumerate(self.plots):
+            plot.visible = (name == next(iter(self.groups))) == (number < last)
 
     def _banded(self, name: str, above: Shown, below: Shown) -> Line:
         band = (self._signals[low(name)], self._signals[high(name)])
@@ -331,7 +340,7 @@ class EstimatePlots:
         figures = look.figures
         ends = _ends(look)
         ranges = dict(zip(figures.names, figures.ranges, strict=True))
-        for plot, group in zip(self.plots[2:], self._groups, strict=False):
+        for plot, group in zip(self.plots, self._groups, strict=False):
             factors = [coefficient(name, *ends).factor for name in group]
             lowest = min(f * ranges[name][0] for f, name in zip(factors, group, strict=True))
             highest = max(f * ranges[name][1] for f, name in zip(factors, group, strict=True))

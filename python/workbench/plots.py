@@ -20,7 +20,7 @@ from .downsampling import Pyramid
 from .look import COLOURS, dress
 
 COLUMNS = 1200  # pixel columns that are filled
-TALLEST, LOWEST, WINDOW = 280, 105, 510  # in pixels: of a plot, and of all where there is room
+TALLEST, LOWEST, WINDOW = 280, 105, 470  # in pixels: of a plot, and of all where there is room
 TOOLS, SMALL = 30, "11px"  # height of the tools above the first plot; labels where plots are low
 WIDE = {"measured": {"line_width": 3.5, "line_alpha": 0.4}}  # what is simulated is drawn over it
 
@@ -77,7 +77,7 @@ def stacked(
     time_s: FloatArray | None,
     theme: str,
     axis: str,
-    at_once: int | None = None,
+    groups: Sequence[int] = (),
 ) -> Stack:
     """Returns plots one below the other, with one time axis.
 
@@ -91,8 +91,9 @@ def stacked(
         key of `THEMES`.
     axis
         label of the time axis.
-    at_once
-        how many follow each other in a group that can be shown alone; None shows all.
+    groups
+        numbers of panels that are shown together, each group with tools and a time axis of its
+        own; none: all of them are.
     """
     size = max(_now(line.pyramid).values.size for panel in panels for line in panel.lines)
     last = float(size - 1) if time_s is None else float(time_s[-1])
@@ -100,10 +101,11 @@ def stacked(
     shared = Range1d(first, max(last, first + 1e-9), bounds="auto")
     plots, updates, colours = [], [], COLOURS[theme]
     told: set[str] = set()
-    at_once = at_once or len(panels)
-    height = min(TALLEST, max(LOWEST, WINDOW // at_once))
+    groups = groups or (len(panels),)
+    ends = set(np.cumsum(groups) - 1)
+    height = min(TALLEST, max(LOWEST, WINDOW // max(groups)))
     for number, panel in enumerate(panels):
-        top, bottom = number % at_once == 0, (number + 1) % at_once == 0
+        top, bottom = number == 0 or number - 1 in ends, number in ends
         if top:
             told.clear()
         plot = figure(
@@ -126,9 +128,9 @@ def stacked(
             source = ColumnDataSource({"x": [], "y": []})
             colour = ROLES[theme].get(line.role, colours[i % len(colours)])
             if line.band is not None:
-                ends = ColumnDataSource({"x": [], "low": [], "high": []})
-                plot.varea("x", "low", "high", source=ends, fill_color=colour, fill_alpha=0.15)
-                updates.append(_band_update(ends, line.band, line.factor, time_s))
+                band = ColumnDataSource({"x": [], "low": [], "high": []})
+                plot.varea("x", "low", "high", source=band, fill_color=colour, fill_alpha=0.15)
+                updates.append(_band_update(band, line.band, line.factor, time_s))
             drawn = plot.line("x", "y", source=source, color=colour, **WIDE.get(line.role, {}))
             drawn.glyph.line_dash = DASHES.get(line.role, "solid")
             entries.append(LegendItem(label=printable(line.name), renderers=[drawn]))

@@ -115,7 +115,7 @@ def test_a_result_counts_until_records_change(page: Any, tmp_path: Path) -> None
     drop(page, german_log(tmp_path / "more.csv", 2.0, 1.0))
     page.locator("button:disabled", has_text="Gap").wait_for()
     press(page, "4 Check")
-    page.get_by_role("heading", name="more", level=2).wait_for()
+    page.get_by_label("record", exact=True).select_option("more")
     page.get_by_role("button", name="Next: Gap").wait_for()
 
 
@@ -328,6 +328,13 @@ def test_dark_colours_stay_over_a_reload(page: Any) -> None:
     assert sum(map(int, re.findall(r"\d+", ground))) < 150
 
 
+SHEETS = {
+    "Load": ("Numbers", "Plots"),
+    "Map": ("Signals that are not logged",),
+    "Check": ("To be known",),
+}
+
+
 def test_each_step_fits_the_window(page: Any, tmp_path: Path) -> None:
     """A phone, and a window of 1400 px magnified by 200, 150, 125 and 100 %."""
     logs = [german_log(tmp_path / f"{name}.csv", 2.0, i) for i, name in enumerate(("run", "b"))]
@@ -342,6 +349,13 @@ def test_each_step_fits_the_window(page: Any, tmp_path: Path) -> None:
             assert page.evaluate("document.documentElement.scrollWidth") <= width, (step, width)
         # A wide window has the whole step.
         assert page.evaluate("document.documentElement.scrollHeight") <= 844, step
+        page.set_viewport_size({"width": 1400, "height": 900})
+        for sheet in ("", *SHEETS.get(step, ())):
+            if sheet:
+                press(page, sheet)
+                page.locator("body:not(.busy)").wait_for()
+            page.wait_for_timeout(300)
+            assert page.evaluate(SCROLLS) == [], (step, sheet)
 
 
 PRESS = """button => { button.click(); return document.body.classList.contains("busy")

@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 import pytest
 from app_sessions import BENCH, german_log, read_session
+from page_checks import SCROLLS
 from served_workbench import Served, children
 
 from ehsid.harness.records import make_record, write_record
@@ -91,12 +92,24 @@ def kept(machine: Session) -> Any:
     return Session(machine.folder).settings.model
 
 
+# Of a linear model, each with what it shows.
+SHEETS = {
+    "Servo": "Velocity gain",
+    "Frequencies": "Frequency response",
+    "Residual": "Ljung-Box",
+    "Orders": "Orders tried",
+    "Reasons": "Why this one",
+    "Poles": "Poles and zeros",
+}
+
+
 def test_a_model_is_identified_and_the_estimator_takes_its_orders(
     page: Any, machine: Session
 ) -> None:
     press(page, "Identify")
     see(page, re.compile(r"na = nb = \d, nk = \d, offset; on the validation half"))
-    for words in ("Velocity gain", "Frequency response", "Ljung-Box", "Orders tried"):
+    for sheet, words in SHEETS.items():
+        press(page, sheet)
         see(page, words)
     page.get_by_role("button", name="5 Model ✓").wait_for()
     page.get_by_role("button", name="Next: Gap").wait_for()
@@ -120,6 +133,7 @@ def test_the_step_may_be_left_out(page: Any, served: Served, machine: Session) -
 
 
 def test_the_estimate_follows_a_slider_and_the_choice_stays(page: Any, machine: Session) -> None:
+    press(page, "Recursive")
     figures = page.get_by_text(re.compile(r"RMSE \d"))
     handle = page.get_by_role("slider").first
     for shown in ("0.985", "0.98", "0.97"):
@@ -129,12 +143,14 @@ def test_the_estimate_follows_a_slider_and_the_choice_stays(page: Any, machine: 
         page.get_by_text(before).wait_for(state="detached")
     changed = figures.inner_text()
     page.reload()
+    press(page, "Recursive")
     see(page, "lambda0: 0.97")
     see(page, changed)
     assert kept(machine).settings == {"lambda0": 0.97}
 
 
 def test_a_recursion_offers_only_the_policies_that_it_takes(page: Any, machine: Session) -> None:
+    press(page, "Recursive")
     page.get_by_label("forgetting policy").select_option("f-ratio")
     see(page, "critical_ratio: 3.3")
     see(page, "forgets where recent errors")
@@ -143,6 +159,7 @@ def test_a_recursion_offers_only_the_policies_that_it_takes(page: Any, machine: 
     see(page, "lambda_initial: 0.95")
     offered = page.get_by_label("forgetting policy").locator("option").all_inner_texts()
     assert offered == ["constant", "exponential"]
+    press(page, "Remarks")
     see(page, "offset")
     assert (kept(machine).method, kept(machine).policy) == ("riv", "exponential")
 
@@ -150,9 +167,11 @@ def test_a_recursion_offers_only_the_policies_that_it_takes(page: Any, machine: 
 def test_the_files_of_an_estimate_are_written_as_the_command_shows(
     page: Any, machine: Session
 ) -> None:
+    press(page, "Recursive")
     page.get_by_label("reset", exact=True).select_option("never")
     page.get_by_label("na", exact=True).select_option("2")
     see(page, "What would help on this record is tried")
+    press(page, "At the end")
     press(page, "Write estimate.json and its figure")
     page.get_by_role("link", name="estimate.json").wait_for()
     see(page, "What to try:")
@@ -172,6 +191,7 @@ def test_orders_that_are_no_range_are_told_and_not_taken(page: Any, machine: Ses
     page.get_by_text("expected a number or a range").wait_for(state="detached")
     press(page, "Identify")
     see(page, re.compile(r"nb = [23], nk = \d, offset; on the validation half"))
+    press(page, "Orders")
     three, five = (page.get_by_role("rowheader", name=re.compile(rf"^{n}( \*)?$")) for n in (3, 5))
     three.first.wait_for()
     assert five.count() == 0
@@ -199,6 +219,7 @@ def test_models_that_were_found_are_compared(page: Any, served: Served, machine:
     page.get_by_label("model 1", exact=True).check()
     drawn = f"({LEGENDS})().filter(name => name === 'model 1').length === 3"
     page.wait_for_function(drawn)  # over time, over the frequency, and in the z plane
+    press(page, "Poles")
     see(page, "Poles and zeros of model 2")
     reach(page, served, machine)
     page.wait_for_function(drawn)
@@ -250,16 +271,24 @@ def test_a_record_that_is_too_short_is_told(page: Any, served: Served, machine: 
     replaced(machine, 40)
     press(page, "Identify")
     see(page, re.compile("expected at least .* record longer"))
+    press(page, "Recursive")
     page.get_by_label("na", exact=True).select_option("4")
     page.reload()
+    press(page, "Recursive")
     see(page, re.compile("expected more than .* record longer, or take lower orders"))
 
 
 @pytest.mark.parametrize("width", [390, 1400])
-def test_the_step_is_not_wider_than_the_window(page: Any, width: int) -> None:
-    page.set_viewport_size({"width": width, "height": 844})
+def test_each_sheet_fits_the_window(page: Any, width: int) -> None:
+    page.set_viewport_size({"width": width, "height": 900})
     press(page, "Identify")
-    see(page, "Orders tried")
-    page.get_by_label("recursion").select_option("riv: instrumental variables")
-    see(page, "riv is right with")
-    assert page.evaluate("document.documentElement.scrollWidth") <= width
+    see(page, "on the validation half")
+    for sheet in (*SHEETS, "Recursive", "Signals", "Remarks", "At the end"):
+        press(page, sheet)
+        page.locator("body:not(.busy)").wait_for()
+        if sheet == "Recursive":
+            page.get_by_label("recursion").select_option("riv: instrumental variables")
+            see(page, "riv is right with")
+        page.wait_for_timeout(300)
+        assert page.evaluate("document.documentElement.scrollWidth") <= width, sheet
+        assert width < 1400 or page.evaluate(SCROLLS) == [], sheet

@@ -11,6 +11,7 @@ from typing import Any
 import pytest
 from app_diagnosed import diagnosed_session
 from app_sessions import BENCH
+from page_checks import SCROLLS
 from playwright.sync_api import expect
 
 from ehsid.workbench.session import Session
@@ -50,6 +51,7 @@ def test_the_experiment_is_told_drawn_and_downloaded(page: Any, session: Session
 
 
 def test_the_rig_that_was_found_becomes_that_of_the_machine(page: Any, session: Session) -> None:
+    press(page, "The rig as found")
     page.get_by_role("rowheader", name="Coulomb friction: force").wait_for()
     found = downloaded(page, "Download rig.augmented.toml")
     press(page, "Use it as the rig of this machine")
@@ -61,6 +63,7 @@ def test_the_rig_that_was_found_becomes_that_of_the_machine(page: Any, session: 
 
 
 def test_a_new_machine_begins_with_the_rig_that_was_found(page: Any, session: Session) -> None:
+    press(page, "The rig as found")
     press(page, "Begin a new machine with it")
     page.get_by_role("link", name="Open it").click()
     page.wait_for_url(re.compile("session=press_found"))
@@ -69,6 +72,7 @@ def test_a_new_machine_begins_with_the_rig_that_was_found(page: Any, session: Se
 
 
 def test_a_header_is_made_and_a_name_that_is_none_is_refused(page: Any, session: Session) -> None:
+    press(page, "Firmware")
     name = page.get_by_label("namespace in C++, prefix in C")
     name.fill("7 of 9")
     name.press("Tab")
@@ -80,6 +84,7 @@ def test_a_header_is_made_and_a_name_that_is_none_is_refused(page: Any, session:
     press(page, "Make the header")
     preview = page.get_by_label("Preview of the header")
     preview.filter(has_text="press_7").wait_for()
+    assert page.evaluate(SCROLLS) == []
     content = downloaded(page, "Download servo_configuration.h").decode()
     assert content.strip() == preview.text_content().strip()
     page.get_by_text("The command and the Python that do the same").click()
@@ -88,6 +93,7 @@ def test_a_header_is_made_and_a_name_that_is_none_is_refused(page: Any, session:
 
 def test_a_record_that_gives_no_model_is_told_in_words(page: Any, session: Session) -> None:
     session.record_of(session.settings.records[0]).write_bytes(b"PAR1")
+    press(page, "Firmware")
     press(page, "Make the header")
     page.get_by_role("alert").filter(has_text="run.parquet").wait_for()
     assert "Traceback" not in page.content()
@@ -95,6 +101,7 @@ def test_a_record_that_gives_no_model_is_told_in_words(page: Any, session: Sessi
 
 
 def test_everything_is_packed_and_downloaded(page: Any, session: Session, tmp_path: Path) -> None:
+    press(page, "Report and archive")
     press(page, "Pack everything into one archive")
     content = downloaded(page, "Download press.zip")
     archive = tmp_path / "all.zip"
@@ -116,6 +123,7 @@ def test_next_stays_closed_without_a_diagnosis(page: Any, served: Any) -> None:
 def test_the_controller_gets_tables_and_gains_from_calm_to_fast(
     page: Any, session: Session
 ) -> None:
+    press(page, "Controller")
     calm = page.get_by_role("row", name=re.compile("^P ")).inner_text()
     handle = page.locator(".noUi-handle").first
     handle.focus()
@@ -124,3 +132,15 @@ def test_the_controller_gets_tables_and_gains_from_calm_to_fast(
     press(page, "Make the files for the controller")
     assert downloaded(page, "apply_twincat.st").startswith(b"// Made by ehsid")
     assert (session.folder / "apply" / "apply.html").is_file()
+
+
+@pytest.mark.parametrize("width", [390, 1400])
+def test_each_sheet_fits_the_window(page: Any, session: Session, width: int) -> None:
+    assert session.rig_file.exists()
+    page.set_viewport_size({"width": width, "height": 900})
+    for sheet in ("The rig as found", "Controller", "Firmware", "Report and archive", "What to do"):
+        press(page, sheet)
+        page.locator("body:not(.busy)").wait_for()
+        page.wait_for_timeout(300)
+        assert page.evaluate("document.documentElement.scrollWidth") <= width, sheet
+        assert width < 1400 or page.evaluate(SCROLLS) == [], sheet

@@ -8,7 +8,7 @@ from typing import Any
 import panel as pn
 
 from ehsid.harness.base.encoding import read_json
-from ehsid.harness.fitness.finding import RigCheckFile, WrittenCheck
+from ehsid.harness.fitness.finding import RigCheckFile
 from ehsid.harness.show.page import Block, Heading, Items
 from ehsid.harness.show.rig_check import check_table
 
@@ -17,6 +17,8 @@ from ..check_look import factors_plot, speeds_plot
 from ..flow import step_states
 from ..jobs import REMARKS, Said
 from .step import StepView, progress
+
+NOTES = "To be known"
 
 
 class CheckStep(StepView):
@@ -31,9 +33,15 @@ class CheckStep(StepView):
         self._record.param.watch(page.told(lambda event: self._draw()), "value")
         self._plots = pn.Column(sizing_mode="stretch_width")
         self._found: RigCheckFile | None = None
+        self._said: list[Said] = []
         self._made: str | None = None  # of which records and rig
-        told = [pn.Row(self._again), self._status, self._result]
-        self.layout.objects = [look.panes(told, [self._record, self._plots])]
+        self._table, self._notes = look.words(""), look.words("")
+        self._sheets = look.Switch(self._turn)
+        self._sheets.offer(["Comparisons", NOTES])
+        self._sheets.layout.sizing_mode = None
+        row = pn.FlexBox(self._record, self._again, self._sheets.layout, align_items="end")
+        told = [row, self._status, self._result, self._table, self._notes]
+        self.layout.objects = [look.panes(told, [self._plots], (2, 1))]
         state = step_states(self.session)["check"]
         if state.open and not state.done:  # it takes seconds, and the step is for it
             self.workbench.check(self.session)
@@ -48,33 +56,39 @@ class CheckStep(StepView):
         remarks = read_json(folder / REMARKS, list[Said])
         if found is None or remarks is None:
             return
-        self._result.object = self._told(found, remarks)
+        stale = step_states(self.session)["check"].why
+        html = f'<p class="bad">{look.plain(stale)}</p>' if stale else ""
+        self._result.object = html + _verdict(found, remarks)
         made = self.session.settings.made_of.get("check")
         if (found, made) != (self._found, self._made):
             self._found, self._made = found, made
             names = {one.record: number for number, one in enumerate(found.records)}
             self._record.param.update(options=names, value=0, visible=len(names) > 1)
+            self._said = remarks
             self._draw()
 
+    def _turn(self) -> None:
+        """Shows the sheet that was chosen."""
+        self._notes.visible = self._sheets.chosen == NOTES
+        self._table.visible = not self._notes.visible
+
     def _draw(self) -> None:
-        """Draws the chosen record."""
+        """Shows the chosen record."""
         if self._found is None or self._record.value is None:
             return
         number, theme = self._record.value, self.page.theme
-        drawn = (
-            factors_plot(self._found.records[number], theme),
-            speeds_plot(self.session, number, theme),
+        check = self._found.records[number]
+        self._table.object = look.told(check_table(check.findings))
+        own, between = (
+            [one.what for one in self._said if one.record == name] for name in (check.record, "")
         )
+        notes = [
+            *_items("About this record", [*check.notes, *own]),
+            *_items("Between the records", between),
+        ]
+        self._notes.object = look.told(*(notes or ["Nothing more."]))
+        drawn = (factors_plot(check, theme), speeds_plot(self.session, number, theme))
         self._plots.objects = [look.drawn(one) for one in drawn if one is not None]
-
-    def _told(self, result: RigCheckFile, remarks: list[Said]) -> str:
-        stale = step_states(self.session)["check"].why
-        html = f'<p class="bad">{look.plain(stale)}</p>' if stale else ""
-        html += _verdict(result, remarks)
-        for check in result.records:
-            html += _of_record(check, [one.what for one in remarks if one.record == check.record])
-        between = [one.what for one in remarks if not one.record]
-        return html + look.told(*_items("Between the records", between))
 
 
 def _verdict(result: RigCheckFile, remarks: list[Said]) -> str:
@@ -98,11 +112,6 @@ def _verdict(result: RigCheckFile, remarks: list[Said]) -> str:
             "that the machine really has is for the diagnosis.</p>"
         )
     return '<p class="verdict">Nothing in the records contradicts the rig.</p>'
-
-
-def _of_record(check: WrittenCheck, remarks: list[str]) -> str:
-    notes = _items("To be known about this record", [*check.notes, *remarks])
-    return look.told(Heading(check.record), check_table(check.findings), *notes)
 
 
 def _items(title: str, items: list[str]) -> list[Block]:

@@ -76,7 +76,9 @@ class ControllerPart:
             self._make.disabled = True
             return
         self._make.disabled = False
-        self._result.object = look.told(_gains(made), Items(told(made.result)))
+        self._result.object = f'<div class="tight">{look.told(_gains(made))}</div>' + look.told(
+            Items(told(made.result))
+        )
 
     def _write(self, event: Any) -> None:
         del event

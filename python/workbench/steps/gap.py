@@ -225,7 +225,7 @@ class Signals:
             panels.append(Panel(f"error in {unit}", errors))
         time_s = np.load(folder / f"0_{TIME}.npy")
         axis = f"time in s, held-out data of {runs[0].record}; error: simulated minus measured"
-        return stacked(panels, time_s, self._theme, axis, at_once=2)
+        return stacked(panels, time_s, self._theme, axis, [2] * len(self._names))
 
 
 def _words(known: SoFar) -> str:

@@ -48,17 +48,17 @@ class Identification(StepView):
         self._start = self.button("Identify", primary=True)
         self._start.on_click(page.told(lambda event: self.workbench.identify(self.session)))
         self._cancel, self._status = self.follow("identify")
-        self._verdict, self._result = look.words(""), look.words("")
+        self._verdict = look.words("")
         self._models = ModelsFound(page)
-        self._drawn = pn.Column(sizing_mode="stretch_width")
+        self._drawn = look.Sheets({})
         self._shown: object = None
         self._quiet = False
         chosen = look.beside(
             self._record, self._input, self._output, self._orders, self._delays, least="11rem"
         )
         started = pn.Row(self._start, self._cancel)
-        told = [chosen, started, self._status, self._verdict, self._models.layout, self._result]
-        self.layout.objects = [look.panes(told, [self._drawn], (2, 3))]
+        told = [chosen, started, self._status, self._verdict, self._models.layout]
+        self.layout.objects = [look.panes(told, [self._drawn.layout], (2, 3))]
 
     def _select(self, words: str, name: str) -> pn.widgets.Select:
         made = look.select(words)
@@ -108,20 +108,15 @@ class Identification(StepView):
                 '<p class="soft">A linear model is fitted to one half of the record and judged on '
                 "the other half. This takes seconds. The step may be left out.</p>"
             )
-            self._result.object, self._drawn.objects = "", []
+            self._drawn.show({})
             return
         found = models[0]
         warned = f'<p class="bad">{look.plain(stale[0].upper() + stale[1:])}</p>' if stale else ""
-        told = found.told
-        blocks: list[Block] = [Heading("Why this one"), Items(told.reasons)]
-        if told.advice:
-            blocks += [Heading("Be careful"), Items(told.advice)]
         name = f"model {found.number}, " if len(models) > 1 else ""
         words = look.plain(whole(f"{first_upper(name)}{found.record}: {found.line}."))
         verdict = f'<p class="verdict">{words}</p>'
         self._verdict.object = warned + verdict
-        self._result.object = look.told(*blocks)
-        self._drawn.objects = self._parts(self._models.drawn(models), version)
+        self._drawn.show(self._parts(self._models.drawn(models), version))
 
     def _show_choices(self) -> None:
         entry = self.session.modelled()
@@ -142,7 +137,9 @@ class Identification(StepView):
         finally:
             self._quiet = False
 
-    def _parts(self, models: Sequence[DrawnModel], version: int) -> list[pn.viewable.Viewable]:
+    def _parts(
+        self, models: Sequence[DrawnModel], version: int
+    ) -> dict[str, list[pn.viewable.Viewable]]:
         """Returns the plots and tables of the newest model, with others beside it."""
         theme, found = self.page.theme, models[0].model
         told, of = found.told, f" of {models[0].name}" if len(models) > 1 else ""
@@ -152,29 +149,38 @@ class Identification(StepView):
         )
         unit = over(si_column(found.output_name), si_column(found.input_name))
         bode = bode_plots(models, unit, theme)
-        model: list[Block] = [
-            Heading(f"The servo{of}"),
-            *told.servo,
-            Heading(f"Coefficients{of}"),
-            told.coefficients,
-        ]
-        model += [Heading(f"Poles and zeros{of}"), told.roots]
-        return [
-            look.words("<h2>Measured and simulated, on the half that was not fitted</h2>"),
-            look.drawn(simulation_plots(models, look_folder(self.session), theme)),
-            look.words(
-                "<h2>Frequency response</h2><p>With its 95 % band. Grey: frequencies at which the "
-                "input has next to no power; what the model says there is extrapolated.</p>"
-            ),
-            *map(look.drawn, bode),
-            look.side_by_side(
-                look.words(look.told(*model)),
-                pn.pane.Bokeh(poles_plot(models, theme), margin=0),
-            ),
-            look.words(look.told(Heading(f"The residual{of}"), Items(told.tests))),
-            look.side_by_side(*map(look.drawn, tests)),
-            look.words(look.told(Heading("Orders tried"), told.orders) + self._links(version)),
-        ]
+        model: list[Block] = [Heading(f"The servo{of}"), *told.servo]
+        model += [Heading(f"Coefficients{of}"), told.coefficients]
+        roots: list[Block] = [Heading(f"Poles and zeros{of}"), told.roots]
+        orders = (Heading("Orders tried"), told.orders)
+        reasons: list[Block] = [Heading("Why this one"), Items(told.reasons)]
+        if told.advice:
+            reasons += [Heading("Be careful"), Items(told.advice)]
+        return {
+            "Simulation": [
+                look.drawn(simulation_plots(models, look_folder(self.session), theme)),
+            ],
+            "Frequencies": [
+                look.words(
+                    "<p>Frequency response, with its 95 % band. Grey: frequencies at which the "
+                    "input has next to no power; what the model says there is extrapolated.</p>"
+                ),
+                *map(look.drawn, bode),
+            ],
+            "Servo": [look.words(look.told(*model))],
+            "Poles": [
+                look.side_by_side(
+                    look.words(look.told(*roots)),
+                    pn.pane.Bokeh(poles_plot(models, theme), margin=0),
+                )
+            ],
+            "Residual": [
+                look.words(look.told(Heading(f"The residual{of}"), Items(told.tests))),
+                look.side_by_side(*map(look.drawn, tests)),
+            ],
+            "Reasons": [look.words(look.told(*reasons))],
+            "Orders": [look.words(look.told(*orders) + self._links(version))],
+        }
 
     def _links(self, version: int) -> str:
         address = f"/result/{self.session.name}/model"
@@ -216,15 +222,8 @@ class HeaderPart:
         self._make.on_click(self._page.told(self._start))
         self._status, self._result = look.words(""), look.words("")
         fields = look.beside(self._record, self._language, self._name, least="11rem")
-        self.layout = pn.Column(
-            look.words(WHY),
-            fields,
-            self._like_model,
-            pn.Row(self._make),
-            self._status,
-            self._result,
-            sizing_mode="stretch_width",
-        )
+        asked = [look.words(WHY), fields, self._like_model, pn.Row(self._make), self._status]
+        self.layout = look.panes(asked, [self._result])
 
     def _choose(self, event: Any) -> None:
         del event

@@ -9,7 +9,7 @@ from typing import Any
 import panel as pn
 
 from ehsid.harness.records.kinds import ENDINGS
-from ehsid.harness.show.page import Heading, Table
+from ehsid.harness.show.page import Table
 
 from .. import look
 from ..downsampling import opened
@@ -63,9 +63,9 @@ class LoadStep(StepView):
             if reading_of(self.session, entry) is None:
                 self.workbench.read(self.session, entry)
         path = pn.Row(self._path, add, sizing_mode="stretch_width")
-        logs = [look.words(DROP), path, self._status, self._records, self._about]
-        drawn = [self._chosen, self._columns, self._plots]
-        self.layout.objects = [look.panes(logs, drawn, (2, 3))]
+        logs = [look.words(DROP), path, self._status, self._records]
+        drawn = look.Sheets({"Plots": [self._columns, self._plots], "Numbers": [self._about]})
+        self.layout.objects = [look.panes(logs, [self._chosen, drawn.layout], (2, 3))]
 
     def _add_path(self, event: Any) -> None:
         del event
@@ -147,7 +147,7 @@ class LoadStep(StepView):
             for one in reading.columns
         ]
         headings = ("column", "unit", "values", "smallest", "largest")
-        self._about.object = look.told(Heading("Columns of the log"), Table("", headings, rows))
+        self._about.object = look.told(Table("", headings, rows))
 
 
 def _label(column: LogColumn) -> str:

@@ -46,7 +46,7 @@ class MapStep(StepView):
         self._dt = look.text_input("sampling time in ms (empty: as in the log)", width=260)
         self._status = look.words("")
         self._columns = look.words("")
-        self._rows = pn.Column(sizing_mode="stretch_width")
+        self._rows = look.Sheets({})
         self._read = look.words("")
         self._plots = pn.Column(sizing_mode="stretch_width")
         self._shown: object = None
@@ -56,7 +56,7 @@ class MapStep(StepView):
             page.told(lambda event: self._hold_out(bool(event.new))), "value"
         )
         self._dt.param.watch(page.told(lambda event: self._set_step(event.new)), "value")
-        signals = [self._status, self._columns, self._rows, self._dt]
+        signals = [self._status, self._columns, self._rows.layout, self._dt]
         read = [look.beside(self._chosen, self._held_out), self._read, self._plots]
         self.layout.objects = [look.panes(signals, read)]
 
@@ -132,7 +132,12 @@ class MapStep(StepView):
         self._dt.value = "" if entry.dt_s is None else f"{1e3 * entry.dt_s:.12g}"
         self._quiet = False
         self._columns.object = _columns(reading, read_alike(self.session, entry))
-        self._rows.objects = [self._row(channel, entry, reading) for channel in CHANNELS]
+        needed = {TIME, COMMAND, POSITION, *reading.channels, *entry.maps}
+        sheets: dict[str, list[pn.FlexBox]] = {"Signals": [], "Signals that are not logged": []}
+        for channel in CHANNELS:
+            place = "Signals" if channel in needed else "Signals that are not logged"
+            sheets[place].append(self._row(channel, entry, reading))
+        self._rows.show(sheets)
         self._read.object = _how_read(reading)
         self._draw(entry, reading)
 

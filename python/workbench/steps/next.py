@@ -102,10 +102,15 @@ class NextStep(StepView):
         self._pack = self.button("Pack everything into one archive")
         self._pack.on_click(page.told(lambda event: self.workbench.pack(self.session)))
         self._shown: object = None
-        now = [self._now, self._plots, self._steps, self._rig]
-        now += [pn.FlexBox(self._adopt, self._begin), self._adopted]
-        files = [self._controller.layout, self._header.layout, self._files, pn.Row(self._pack)]
-        self.layout.objects = [look.panes(now, [*files, self._packing])]
+        adopted = [pn.FlexBox(self._adopt, self._begin), self._adopted]
+        sheets = {
+            "What to do": [look.panes([self._now, self._steps], [self._plots])],
+            "The rig as found": [look.panes([self._rig], adopted)],
+            "Controller": [self._controller.layout],
+            "Firmware": [self._header.layout],
+            "Report and archive": [self._files, pn.Row(self._pack), self._packing],
+        }
+        self.layout.objects = [look.Sheets(sheets).layout]
 
     def _use(self, event: Any) -> None:
         del event

@@ -15,7 +15,7 @@ from ehsid.harness.catalogue.parameters import METHODS, POLICIES, policies_of
 from ehsid.harness.models.identification import IoData
 from ehsid.harness.records import Record
 from ehsid.harness.show.model_file_names import ESTIMATION_FILES
-from ehsid.harness.show.page import Block, Heading, Items, Note
+from ehsid.harness.show.page import Block, Items, Note
 
 from .. import look
 from ..model_look import (
@@ -31,9 +31,10 @@ from .identification import Identification
 from .step import StepView, progress
 
 # To try the changes takes several times as long as the estimate, too long for a slider that moves.
-WRITE_TO_LEARN = "What would help on this record is tried when its files are written, below."
+WRITE_TO_LEARN = "What would help on this record is tried when its files are written."
 # Up to here an estimate takes at most 0.2 s; longer records go to a process of their own.
 LIVE_SAMPLES = 100_000
+REMARKS, AT_THE_END = "Remarks", "At the end"  # sheets beside those of the plots
 
 
 class Recursive(StepView):
@@ -64,25 +65,24 @@ class Recursive(StepView):
         self._sliders = pn.FlexBox(sizing_mode="stretch_width", gap="0 1.2rem")
         self._write = self.button("Write estimate.json and its figure")
         self._write.on_click(page.told(lambda event: self.workbench.estimate(self.session)))
-        self._status, self._outcome, self._end, self._links = (look.words("") for _ in range(4))
-        self._drawn = pn.Column(sizing_mode="stretch_width")
-        title = look.words(
-            '<h2 class="part">Recursive</h2><p class="soft">The estimator that runs in the '
-            "firmware, on this record. It takes the orders that were identified, and follows "
-            "every choice.</p>"
+        self._status, self._outcome, self._remarks, self._end_table, self._links = (
+            look.words("") for _ in range(5)
         )
+        self._end = pn.Column(
+            self._end_table, self._write, self._links, sizing_mode="stretch_width"
+        )
+        self._drawn = pn.Column(sizing_mode="stretch_width")
         choices = [
             look.beside(*self._orders.values(), least="6rem"),
-            look.beside(self._method, self._policy, self._reset, least="14rem"),
+            look.beside(self._method, self._policy, self._reset, least="9rem"),
             self._about,
             self._sliders,
             self._status,
             self._outcome,
-            self._end,
-            self._write,
-            self._links,
         ]
-        self.layout.objects = [title, look.panes(choices, [self._drawn], (2, 3))]
+        self._switch = look.Switch(self._turn)
+        drawn = [self._switch.layout, self._drawn, self._remarks, self._end]
+        self.layout.objects = [look.panes(choices, drawn, (1, 1))]
 
     def _select(self, words: str, options: Any, name: str) -> pn.widgets.Select:
         made = look.select(words, options=options, value=getattr(self._choice, name))
@@ -207,23 +207,34 @@ class Recursive(StepView):
         count = found.figures.n_samples
         took = "" if seconds is None else f": {count} samples in {1e3 * seconds:.0f} ms"
         told = found.figures.told
-        blocks: list[Block] = [*told.servo, told.head, *told.figures]
+        blocks: list[Block] = [*told.servo[:1], *told.figures[:1]]
         if not found.figures.converged and seconds is not None:
             blocks.append(WRITE_TO_LEARN)
         computed = Note(f"Computed with the code of the firmware{took}.")
         self._outcome.object = look.told(*blocks, computed)
-        self._end.object = look.told(Heading("At the end"), told.parameters)
+        self._remarks.object = look.told(told.head, *told.servo[1:], *told.figures[1:])
+        self._end_table.object = look.told(told.parameters)
         if self._plots is not None and self._plots.fits(found):
             self._plots.show(found)
             return
         self._plots = EstimatePlots(found, self.page.theme)
+        self._plots.choose(self._switch.chosen or next(iter(self._plots.groups)))
         self._drawn.objects = [self._plots.layout]
+        self._switch.offer([*self._plots.groups, REMARKS, AT_THE_END])
+
+    def _turn(self) -> None:
+        """Shows the sheet that was chosen."""
+        chosen = self._switch.chosen
+        self._remarks.visible, self._end.visible = chosen == REMARKS, chosen == AT_THE_END
+        self._drawn.visible = self._plots is not None and chosen in self._plots.groups
+        if self._plots is not None:
+            self._plots.choose(chosen)
 
     def _fail(self, text: str) -> None:
         self._outcome.object = look.error(text)
-        self._end.object = ""
         self._plots = None
         self._drawn.objects = []
+        self._switch.offer([])
 
     def _show_links(self) -> None:
         if not (self.session.folder / "model" / ESTIMATION_FILES[0]).exists():
@@ -245,7 +256,7 @@ class Recursive(StepView):
 
 def _explained(slider: pn.widgets.DiscreteSlider, meaning: str) -> pn.Column:
     held = pn.Column(slider, look.words(f'<p class="soft small">{look.plain(meaning)}</p>'))
-    held.styles = {"flex": "1 1 18rem", "min-width": "min(18rem, 100%)"}
+    held.styles = {"flex": "1 1 14rem", "min-width": "min(14rem, 100%)"}
     return held
 
 
@@ -255,7 +266,9 @@ class ModelStep(StepView):
     def __init__(self, page: Any) -> None:
         super().__init__(page)
         self._parts = (Identification(page), Recursive(page))
-        self.layout.objects = [part.layout for part in self._parts]
+        names = ("Linear model", "Recursive")
+        parts = {name: [part.layout] for name, part in zip(names, self._parts, strict=True)}
+        self.layout.objects = [look.Sheets(parts).layout]
 
     def refresh(self) -> None:
         """Shows what has changed in both parts."""

@@ -8,7 +8,7 @@ The rig that a diagnosis found beside the rig before, as tables.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from html import escape
 from pathlib import Path
 from typing import Any
@@ -35,7 +35,7 @@ from ehsid.harness.rigs.rig import table_words
 from ehsid.harness.rigs.rig_file import Change, Entry, changes
 from ehsid.harness.rigs.simulator_section import own_name
 from ehsid.harness.show.gap_words import first_upper, quantity, unit_of
-from ehsid.harness.show.page import Block, Folded, Heading, Items, Table, Tagged
+from ehsid.harness.show.page import Block, Cell, Folded, Heading, Items, Table, Tagged
 
 from .. import look
 from ..session import RIG
@@ -197,6 +197,12 @@ def _laws(before: Rig, after: Rig) -> list[str]:
     ]
 
 
+OFTEN = ("rated-drop", "rated-command", "mass")  # known beside what is needed
+TYPICAL = "Typical values"
+SAVED = (
+    '<p><span class="good">✓</span> Saved as rig.toml, in SI units, with a comment on each value. '
+    f'What is not known has a typical value: see "{TYPICAL}".</p>'
+)
 PLANTS = {"hydraulic: valve and cylinder": "ehs", "motor-driven axis": "axis"}
 
 
@@ -214,7 +220,7 @@ class RigStep(StepView):
         self._plant.param.watch(page.told(self._change_plant), "value")
         self._path = look.text_input(
             "the path of a rig file on this machine, if there is one",
-            placeholder="/models/press/rig.toml",
+            placeholder="/models/press/rig.toml; or drop the file here",
             sizing_mode="stretch_width",
             max_width=560,
         )
@@ -223,7 +229,9 @@ class RigStep(StepView):
         self._use.align = "end"
         self._use.on_click(page.told(self._use_path))
         self._form = pn.Column(sizing_mode="stretch_width")
-        self._drawing, self._values = look.words(""), look.words("")
+        self._drawing, self._saved, self._given, self._typical, self._values = (
+            look.words("") for _ in range(5)
+        )
         self._shown: object = None
         self._build()
 
@@ -235,26 +243,32 @@ class RigStep(StepView):
         if self._given_as_file:
             anew = self.button("Describe the machine anew")
             anew.on_click(self.page.told(self._anew))
-            self.layout.objects = [look.panes([anew], [self._values], (1, 3))]
+            self.layout.objects = [look.panes([anew], [self._values], (1, 5))]
             return
         self._fields, self._problems = {}, {}
         questions = QUESTIONS[self._known.plant]
-        needed = [self._field(one) for one in questions if one.essential]
-        further = [self._field(one) for one in questions if not one.essential]
+        needed: list[pn.Column] = []
+        often: list[pn.Column] = []
+        further: list[pn.Column] = []
+        for one in questions:
+            place = needed if one.essential else often if one.name in OFTEN else further
+            place.append(self._field(one))
+        flags = self._flags()
         self._form.objects = [
             self._plant,
-            look.words(
-                '<p class="soft small">Or take a rig file, also one of a simulator of your own: '
-                "drop it here, or give its path.</p>"
-            ),
             pn.Row(self._path, self._use, sizing_mode="stretch_width"),
             look.words("<h2>Needed</h2>"),
             look.beside(*needed, least="13rem"),
-            look.words('<h2>If known</h2><p class="soft small">Empty: a typical value.</p>'),
-            *self._flags(),
-            look.beside(*further, least="13rem"),
+            look.words("<h2>If known</h2>"),
+            look.beside(*often, least="13rem"),
         ]
-        self.layout.objects = [look.panes([self._form], [self._drawing, self._values])]
+        sheets = {
+            "Name plate": [look.panes([self._form], [self._drawing, self._saved, *flags], (3, 2))],
+            "Further values, if known": [look.in_columns(*further, least="16rem")],
+            "Given values": [self._given],
+            TYPICAL: [self._typical],
+        }
+        self.layout.objects = [look.Sheets(sheets).layout]
         self._redraw()
 
     def _field(self, question: Question) -> pn.Column:
@@ -366,9 +380,13 @@ class RigStep(StepView):
         entries = self._entries()
         if isinstance(entries, str):
             text = f'<p class="soft">{look.plain(entries[0].upper() + entries[1:])}.</p>'
-            self._values.object = text.replace("..", ".")
+            self._saved.object = text.replace("..", ".")
+            self._given.object = self._typical.object = ""
         else:
-            self._values.object = _values(entries)
+            self._saved.object = SAVED
+            self._given.object, self._typical.object = (
+                _values([one for one in entries if one.given is given]) for given in (True, False)
+            )
 
     def refresh(self) -> None:
         """Shows a rig file that was given as it is, and follows other pages."""
@@ -387,26 +405,28 @@ class RigStep(StepView):
             self._values.object = look.error(str(error))
             return
         rows = [
-            (_meaning(key), shown(key, value), _uncertainty(rig, key))
+            (Tagged(key, _meaning(key)), shown(key, value), _uncertainty(rig, key))
             for key, value in rig.values.items()
         ]
         blocks: list[Block] = [f"The rig file {rig.name} is used as it is."]
         if rig.simulator is not None:
             blocks.append(f"Its simulator is yours: {rig.simulator.what}.")
-        blocks.append(Table("", ("value", "is", "1-sigma"), rows))
-        if notes := simulator_notes(rig):
-            blocks.append(Items([f"{first_upper(note)}." for note in notes]))
-        self._values.object = look.told(*blocks)
+        notes = [f"{first_upper(note)}." for note in simulator_notes(rig)]
+        self._values.object = (
+            look.told(*blocks)
+            + _halves(("value", "is", "1-sigma"), rows)
+            + look.told(*([Items(notes)] if notes else []))
+        )
 
 
 def _hint(question: Question) -> str:
     return f'<p class="soft small">{look.plain(question.why)}</p>' if question.why else ""
 
 
-def _meaning(key: str) -> Tagged:
-    """Returns the name of a value as the rig file has it, and what it means."""
+def _meaning(key: str) -> str:
+    """Returns what a value of the rig file means."""
     parameter = plant_parameters().get(key)
-    return Tagged(key, "" if parameter is None else parameter.meaning)
+    return "" if parameter is None else parameter.meaning
 
 
 def _sigma(share: float | None) -> str:
@@ -421,17 +441,22 @@ def _uncertainty(rig: Rig, key: str) -> str:
     return _sigma(own.sigma) if own.log else f"± {own.sigma:.3g}"
 
 
-def _values(entries: list[Entry]) -> str:
+def _values(entries: Sequence[Entry]) -> str:
     rows = [
         (
+            entry.key,
             _meaning(entry.key),
             entry.shown,
             _sigma(entry.sigma),
-            "given" if entry.given else Tagged(f"typical: {entry.why}", kind="soft"),
+            Tagged(entry.why, kind="soft"),
         )
         for entry in entries
     ]
-    return (
-        '<p><span class="good">✓</span> Saved as rig.toml, in SI units, with a comment on each '
-        "value.</p>" + look.told(Table("", ("value", "is", "1-sigma", "origin"), rows))
-    )
+    return look.told(Table("", ("value", "of", "is", "1-sigma", "reason"), rows))
+
+
+def _halves(headings: tuple[str, ...], rows: Sequence[Sequence[Cell]]) -> str:
+    """Returns a table in two halves, side by side where there is room."""
+    middle = (len(rows) + 1) // 2
+    halves = (look.told(Table("", headings, half)) for half in (rows[:middle], rows[middle:]))
+    return f'<div class="halves">{"".join(f"<div>{half}</div>" for half in halves)}</div>'
