@@ -26,11 +26,8 @@ COLOURS = 128  # of a picture: enough for plots, and a quarter of the size
 
 
 def shoot(page: Any, step: str) -> None:
-    """Takes a picture of a step."""
+    """Takes a picture of a page."""
     page.evaluate("scrollTo(0, 0)")
-    part = page.get_by_role("heading", name=step, exact=True)
-    if step not in STEPS and part.count():  # the second part of a step
-        part.evaluate("part => part.scrollIntoView()")
     page.wait_for_timeout(1500)
     path = OUT / f"{step.lower()}.png"
     page.screenshot(path=path)
@@ -65,7 +62,7 @@ def walk(page: Any, logs: list[Path]) -> None:
                 page.keyboard.press("Tab")
         if step == "Model":
             page.get_by_role("button", name="Identify").click()
-            page.get_by_text("Orders tried").wait_for()
+            page.get_by_text("on the validation half").first.wait_for()
         if step == "Gap":
             page.get_by_role("button", name="Start the diagnosis").click()
             page.locator("b", has_text="fitting the best effects at length").wait_for()
@@ -75,11 +72,10 @@ def walk(page: Any, logs: list[Path]) -> None:
         onward = "Next: use what was found" if following == "Next" else f"Next: {following}"
         if following:
             page.get_by_role("button", name=onward, exact=True).wait_for()
-        else:
-            page.get_by_role("button", name="Make the header").click()
-            page.get_by_label("Preview of the header").wait_for()
         shoot(page, step)
-        if step == "Model":  # its second part is below the first one
+        if step == "Model":
+            page.get_by_role("button", name="Recursive", exact=True).click()
+            page.get_by_text("Computed with the code of the firmware").wait_for()
             shoot(page, "Recursive")
         if following:
             page.get_by_role("button", name=onward, exact=True).click()
