@@ -20,8 +20,10 @@ import pytest
 from app_sessions import ANSWERS, BENCH, german_log
 from log_files import write_excel, write_mat_structure, write_mf4
 from page_checks import SCROLLS
+from playwright import sync_api as playwright
 from served_workbench import Served, children
 
+from ehsid.harness.rigs import read_rig
 from ehsid.harness.rigs.questions import QUESTIONS
 from ehsid.workbench.session import Session
 
@@ -226,6 +228,19 @@ def test_a_rig_says_what_is_missing_and_what_is_wrong(page: Any, tmp_path: Path)
     assert page.get_by_role("button", name="4 Check").is_disabled()
     fill_rig(page, {"rod": "35 mm"})
     see(page, "Saved as rig.toml")
+
+
+def test_a_command_in_per_cent_has_a_rated_command(page: Any, served: Any, tmp_path: Path) -> None:
+    path = german_log(tmp_path / "run.csv", 0.5)
+    path.write_text(path.read_text("utf-8").replace("[V]", "[%]"), encoding="utf-8")
+    drop(page, path)
+    press(page, "Next: Map")
+    press(page, "Next: Rig")
+    field = page.get_by_label("command at full opening", exact=True)
+    playwright.expect(field).to_have_value("100 %")
+    fill_rig(page)
+    see(page, "Saved as rig.toml")
+    assert read_rig(session_of(served).rig_file).values["valve.rated_command_v"] == 100.0
 
 
 def test_a_rig_file_is_dropped(page: Any, served: Any, tmp_path: Path) -> None:

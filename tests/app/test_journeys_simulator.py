@@ -38,7 +38,7 @@ def test_a_rig_with_a_simulator_is_taken_and_checked(
     see(page, "the rig file that waited for it is the rig of this machine now (bench).")
     press(page, "3 Rig")
     see(page, "Its simulator is yours: simulator/bench.fmu.")
-    see(page, "Cannot be judged: entrained air")
+    see(page, "Cannot be judged: counterbalance valve, entrained air")
     press(page, "Describe the machine anew")
     page.get_by_label("the path of a rig file on this machine").fill(str(FOLDER / "rig.toml"))
     press(page, "Use this rig file")

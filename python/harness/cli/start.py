@@ -13,7 +13,16 @@ import typer
 
 from ..catalogue.channels import COMMAND, POSITION
 from ..rigs.quantities import read_quantity
-from ..rigs.questions import EHS, EXAMPLES, answered, help_of, rig_file_text
+from ..rigs.questions import (
+    EHS,
+    EXAMPLES,
+    FULL,
+    FULL_PERCENT,
+    PERCENT,
+    answered,
+    help_of,
+    rig_file_text,
+)
 from .console import Console, note, refuse
 from .importing import imported, print_record
 from .options import Maps, SamplingTime
@@ -24,7 +33,6 @@ if TYPE_CHECKING:
 
 # The values of a name plate that have no typical value; mass and drop are better than guessed.
 PLATE = tuple(question for question in EHS if question.essential)
-FULL = "rated-command"
 RECORD, RIG, DIAGNOSIS = "{}.npz", "rig.toml", "diagnosis"
 
 
@@ -149,8 +157,8 @@ def _plate_words(given: Mapping[str, str | None], units: Collection[str]) -> lis
     """The options of `ehsid rig new`; asks on a terminal for what is needed and not given."""
     texts = {name: text for name, text in given.items() if text}
     needed = [*PLATE]
-    if "percent" in units:  # the rated command is 100 % by what the unit means
-        texts.setdefault(FULL, "100 %")
+    if PERCENT in units:
+        texts.setdefault(FULL, FULL_PERCENT)
     elif "mA" in units and FULL not in texts:
         if not _on_a_terminal():
             refuse(

@@ -167,6 +167,8 @@ EXAMPLES = {
 }
 
 
+# A command whose numbers are per cent says itself which one is the full command.
+FULL, PERCENT, FULL_PERCENT = "rated-command", "percent", "100 %"
 # Answers of which one alone says nothing.
 PAIRS = (("line-length", "line-bore"), ("accumulator-volume", "accumulator-precharge"))
 

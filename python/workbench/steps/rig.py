@@ -17,6 +17,7 @@ import panel as pn
 
 from ehsid.harness.base.error_words import printable
 from ehsid.harness.base.files import result_files, write_text
+from ehsid.harness.catalogue.channels import COMMAND
 from ehsid.harness.catalogue.parameters import plant_parameters, value_name
 from ehsid.harness.catalogue.spellings import ParameterKey
 from ehsid.harness.diagnosis.schema import DiagnosisFile
@@ -25,6 +26,9 @@ from ehsid.harness.rigs.carried import simulator_notes
 from ehsid.harness.rigs.new import shown
 from ehsid.harness.rigs.questions import (
     EXAMPLES,
+    FULL,
+    FULL_PERCENT,
+    PERCENT,
     QUESTIONS,
     Question,
     answered,
@@ -38,6 +42,7 @@ from ehsid.harness.show.gap_words import first_upper, quantity, unit_of
 from ehsid.harness.show.page import Block, Cell, Folded, Heading, Items, Table, Tagged
 
 from .. import look
+from ..reading import reading_of
 from ..session import RIG
 from ..simulator_files import take_rig_at
 from .step import StepView
@@ -233,6 +238,7 @@ class RigStep(StepView):
             look.words("") for _ in range(5)
         )
         self._shown: object = None
+        self._fill_in()
         self._build()
 
     @property
@@ -330,6 +336,21 @@ class RigStep(StepView):
     def _answer(self, name: str, text: str) -> None:
         self._known.answers[name] = text
         self._save()
+
+    def _fill_in(self) -> None:
+        """Answers what the records tell: of a command in per cent, 100 is the full one."""
+        asked = self._known.plant == "ehs" and FULL not in self._known.answers
+        if not asked or self._given_as_file:
+            return
+        readings = (reading_of(self.session, one) for one in self.session.settings.records)
+        if any(
+            channel == COMMAND and unit == PERCENT
+            for one in readings
+            if one is not None
+            for _, channel, unit, _, _ in one.taken
+        ):
+            self._known.answers[FULL] = FULL_PERCENT
+            self.session.save()
 
     def _save(self) -> None:
         """Keeps the answers; the rig file is written as soon as they make one."""
