@@ -65,7 +65,10 @@ def _whole(given: dict[str, bool], float64: bool, path: Path | None) -> tuple[st
     whole = next((option for option in chosen if option in WHOLE), None)
     if whole is None:
         if float64:
-            raise ValueError("--float64 goes with --c-source, --st or --fmu; a header is float32")
+            raise ValueError(
+                "--float64: a header is float32: expected --c-source, --st or --fmu with it; add "
+                "one of them, or leave out --float64"
+            )
         return None, path or Path(FILE_NAMES[given["--c"]])
     for option in chosen:
         if option != whole:

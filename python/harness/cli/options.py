@@ -213,6 +213,12 @@ Dask = Annotated[
 ]
 
 
+def check_one_place(cluster: str | None, workers: int | None) -> None:
+    """Raises ValueError where both a cluster and a number of processes are given."""
+    if cluster is not None and workers is not None:
+        raise ValueError("--workers is of this machine: leave it away with --dask")
+
+
 @contextmanager
 def on(cluster: str | None, workers: int | None) -> Iterator[None]:
     """Runs the tasks of its block on a Dask cluster, or in this number of processes.
@@ -222,11 +228,10 @@ def on(cluster: str | None, workers: int | None) -> Iterator[None]:
     ValueError
         both a cluster and a number of processes are given, or the cluster cannot be used.
     """
+    check_one_place(cluster, workers)
     if cluster is None:
         with using(workers):
             yield
         return
-    if workers is not None:
-        raise ValueError("--workers is of this machine: leave it away with --dask")
     with on_cluster(cluster):
         yield

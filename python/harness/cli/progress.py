@@ -164,10 +164,10 @@ def shown(
                 console.print(outcome.said.rstrip("\n"), soft_wrap=True)
             rest = todo - i
             to_go.update(i / todo)
-            left = in_words(to_go.left_s or 0.0)
+            left = "" if to_go.left_s is None else f"{in_words(to_go.left_s)} left; "
             line = f"{outcome.name}: {outcome.word.rstrip('.')}, {in_words(outcome.seconds)}"
             if not console.is_terminal or outcome.failed:
-                tail = f"; {left} left" if rest else ""
+                tail = f"; {left.removesuffix('; ')}" if rest and left else ""
                 console.print(f"{done + i} of {total}, {line}{tail}", soft_wrap=True)
-            bar.update(task, completed=done + i, description=f"{left} left; {line}")
+            bar.update(task, completed=done + i, description=f"{left}{line}")
             yield outcome

@@ -12,7 +12,7 @@ import ehsid
 from ehsid.harness.base.files import is_incomplete, result_folder
 from ehsid.harness.base.parallel import workers as using
 from ehsid.harness.cli.console import Console, note, refuse
-from ehsid.harness.cli.options import AsJson, Dask, Workers, on
+from ehsid.harness.cli.options import AsJson, Dask, Workers, check_one_place, on
 from ehsid.harness.cli.progress import progress_of
 
 from ..blind.making import (
@@ -119,6 +119,7 @@ def gap_check_command(
     """
     from ..pages.check_page import FILES
 
+    check_one_place(dask, workers)  # before all cases are made
     given = {
         "count": count,
         "seed": seed,

@@ -67,9 +67,9 @@ class MatTable(Table):
             except NotImplementedError:
                 raise RecordError(
                     path,
-                    "this is a MAT file of version 7.3 (HDF5), which is not read",
-                    expected="a MAT file of version 4 to 7",
-                    mend="save it in MATLAB with save('name.mat', '-v7')",
+                    "its head says MAT version 7.3, and no HDF5 follows",
+                    expected="a whole MAT file of version 4 to 7.3",
+                    mend="copy or save it again",
                 ) from None
         self._variables = {k: v for k, v in content.items() if not k.startswith("__")}
         COLUMNS.check(len(self._variables), path)

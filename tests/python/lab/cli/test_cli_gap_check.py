@@ -180,6 +180,14 @@ def test_a_cluster_runs_the_same_cases(tmp_path: Path, dask_cluster: str) -> Non
     assert (out / "score.json").is_file()
 
 
+def test_a_cluster_and_processes_are_refused_before_a_case_is_made(tmp_path: Path) -> None:
+    out = tmp_path / "check"
+    done = run("--out", str(out), "--dask", "tcp://127.0.0.1:9", workers="2")
+    assert done.exit_code == 2
+    assert "leave it away with --dask" in done.output
+    assert not out.exists()
+
+
 def test_a_bar_on_a_terminal_still_tells_of_errors() -> None:
     outcomes = [
         Outcome("good", {"diagnosis.json": b""}, "effects", 31.0),
@@ -192,6 +200,17 @@ def test_a_bar_on_a_terminal_still_tells_of_errors() -> None:
     text = re.sub(r"\x1b\[[0-9;?]*[A-Za-z]", "", captured.get())
     assert "5 of 5, bad: ValueError: [no] root, 2 s" in text
     assert "4 of 5, good" not in text
+
+
+def test_no_time_to_go_is_told_before_it_can_be() -> None:
+    outcomes = [Outcome(f"case{i}", {"diagnosis.json": b""}, "effects", 31.0) for i in range(2)]
+    console = Console(force_terminal=False, width=100)
+    with console.capture() as captured:
+        list(shown(outcomes, 60, 60, console))
+    first, second = captured.get().splitlines()
+    assert first == "1 of 60, case0: effects, 31 s"
+    assert second.startswith("2 of 60, case1: effects, 31 s; ")
+    assert second.endswith(" left")
 
 
 @pytest.mark.slow
