@@ -28,6 +28,7 @@ COLOURS = 128  # of a picture: enough for plots, and a quarter of the size
 def shoot(page: Any, step: str) -> None:
     """Takes a picture of a page."""
     page.evaluate("scrollTo(0, 0)")
+    page.locator("body:not(.busy)").wait_for()
     page.wait_for_timeout(1500)
     path = OUT / f"{step.lower()}.png"
     page.screenshot(path=path)

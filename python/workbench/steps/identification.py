@@ -58,7 +58,7 @@ class Identification(StepView):
         )
         started = pn.Row(self._start, self._cancel)
         told = [chosen, started, self._status, self._verdict, self._models.layout]
-        self.layout.objects = [look.panes(told, [self._drawn.layout], (2, 3))]
+        self.layout.objects = [look.panes(told, [self._drawn.layout], (1, 2))]
 
     def _select(self, words: str, name: str) -> pn.widgets.Select:
         made = look.select(words)

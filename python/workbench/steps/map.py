@@ -30,7 +30,7 @@ UNITS = {
     "N": ["N", "kN"],
     "degC": ["degC", "degF", "kelvin"],
 }
-AS_LOGGED = "as in the log"
+AS_LOGGED = "as logged"
 
 
 class MapStep(StepView):

@@ -74,7 +74,7 @@ class Recursive(StepView):
         self._drawn = pn.Column(sizing_mode="stretch_width")
         choices = [
             look.beside(*self._orders.values(), least="6rem"),
-            look.beside(self._method, self._policy, self._reset, least="9rem"),
+            look.beside(self._method, self._policy, self._reset, least="12rem"),
             self._about,
             self._sliders,
             self._status,
