@@ -188,8 +188,10 @@ def test_a_column_is_corrected(page: Any, served: Any, tmp_path: Path) -> None:
     drop(page, german_log(tmp_path / "run.csv", 0.5))
     press(page, "Next: Map")
     page.get_by_label("pressure A", exact=True).select_option("Druck B [bar]")
-    see(page, "is named for both")
+    remark = page.get_by_text("'Druck B [bar]' was named for 'pressure_a_pa'")
+    remark.wait_for()
     page.get_by_label("pressure A", exact=True).select_option("as guessed")
+    remark.wait_for(state="detached")
     page.get_by_role("button", name="Next: Rig").wait_for()
     assert session_of(served).settings.records[0].maps == {}
 
@@ -201,7 +203,7 @@ def test_a_column_is_dragged_to_its_signal(page: Any, served: Any, tmp_path: Pat
     see(page, "500 samples")
     signal = page.locator(".target").filter(has_text="Druck A")
     page.locator(".chips li", has_text="Druck B").drag_to(signal)
-    see(page, "is named for both")
+    see(page, "'Druck B [bar]' was named for 'pressure_a_pa'")
     told = {"pressure_a_pa": "Druck B [bar]"}
     assert [one.maps for one in session_of(served).settings.records] == [told, told]
 

@@ -70,8 +70,11 @@ class Matching:
         self.without_value: dict[str, str] = {}  # remarks on numbers for no value, by series
         self._maps, self._by_rig = request.stated([one.name for one in self._signals])
         self._units = {name: one.unit for name, one in self._maps.items() if one.unit is not None}
-        named = [series for one in self._maps.values() for series in self._named(one.name)]
-        self._by_maps = {(one.group, one.name) for one in named}
+        self._by_maps = {
+            (series.group, series.name): channel
+            for channel, one in self._maps.items()
+            for series in self._named(one.name)
+        }
 
     def choose(self, wanted: Collection[str], required: Collection[str]) -> list[Choice]:
         """Returns the choices for the wanted columns but the time, in the order of `wanted`.
@@ -205,12 +208,7 @@ class Matching:
                 for one in self._signals
                 if not is_other_unit(one.unit, name) and means(one.name, name)
             ]
-            # A column that the user has named for another channel is free for no other one.
-            found = [
-                one
-                for one in found
-                if not is_counter(one.name) and (one.group, one.name) not in self._by_maps
-            ]
+            found = self._free(name, [one for one in found if not is_counter(one.name)])
             if name == POSITION and not found:
                 found = self._only_length()
         if len(found) == 1:
@@ -223,6 +221,17 @@ class Matching:
         elif required:
             raise self._missing(name, name)
         return None
+
+    def _free(self, name: str, found: list[Series]) -> list[Series]:
+        """Returns those that the user has named for no other channel; a remark if none is."""
+        free = [one for one in found if (one.group, one.name) not in self._by_maps]
+        if found and not free:
+            series = found[0]
+            other = self._by_maps[series.group, series.name]
+            self.remarks.append(
+                f"no column was read as '{name}': '{series.name}' was named for '{other}'"
+            )
+        return free
 
     def _only_length(self) -> list[Series]:
         """Returns the only series with a unit of length, if its name says nothing else."""

@@ -208,6 +208,25 @@ def test_gauge_pressures_become_absolute_and_are_told(tmp_path: Path) -> None:
     np.testing.assert_allclose(values, 1e5 * (60 + WAVE) + 101325.0, rtol=1e-8)
 
 
+def test_a_valve_position_may_be_the_command(tmp_path: Path) -> None:
+    """Its name means the spool; what the user says goes before what a name means."""
+    path = write(tmp_path / "log.csv", **{"Ventilstellung [%]": 40 * WAVE, "Weg [mm]": WAVE})
+    path.write_text(path.read_text().replace("t,u,", "t,Z9,"))  # no other command
+    option = "command_v=Ventilstellung [%]"
+    assert f"--map '{option.replace('%', 'percent')}'" in remark_on(
+        path, "'command_v'", required=()
+    )
+    assert "spool" in read_record(path, required=()).columns
+    hints = Hints(parse_maps([option]))
+    told = remark_on(path, "as 'spool'", required=(), hints=hints)
+    assert told.endswith("'Ventilstellung [%]' was named for 'command_v'")
+    columns = read_record(path, required=(), hints=hints).columns
+    np.testing.assert_allclose(columns["command_v"], 40 * WAVE)
+    assert "spool" not in columns
+    as_spool = Hints(parse_maps(["spool=Ventilstellung [%]"]))
+    assert "Ventilstellung" not in remark_on(path, "'command_v'", required=(), hints=as_spool)
+
+
 def test_the_only_length_is_the_position(tmp_path: Path) -> None:
     path = write(tmp_path / "log.csv", **{"X12 [mm]": 100 * WAVE, "Q [l/min]": WAVE})
     assert "X12 [mm]" in remark_on(path, "no other column has a unit of length")
