@@ -158,7 +158,7 @@ class MapStep(StepView):
             about.words,
             options=[GUESS, *dict.fromkeys([*names, *([name] if name else [])])],
             value=name or GUESS,
-            width=180,
+            width=168,
             margin=(2, 8, 2, 0),
             tags=[f"column of {channel}"],  # by which a column that is dropped finds it
         )
@@ -167,7 +167,7 @@ class MapStep(StepView):
             "unit",
             options=list(dict.fromkeys(units)),
             value=unit or AS_LOGGED,
-            width=120,
+            width=132,
             margin=(2, 12, 2, 0),
             disabled=not name,
         )
@@ -187,6 +187,7 @@ class MapStep(StepView):
             self._plots.objects = []
             return
         folder = self.session.look_of(entry)
+        kept = {channel: unit for _, channel, unit, _, _ in reading.taken if channel == COMMAND}
         panels: dict[str, list[Line]] = {}
         for number, channel in enumerate(reading.channels):
             about = CHANNELS.get(channel)
@@ -194,7 +195,8 @@ class MapStep(StepView):
                 continue
             line = Line(about.words, opened(folder, f"{MADE}_{number}"), about.factor)
             kind = "pressure" if about.unit == "Pa" else about.words
-            panels.setdefault(f"{kind} in {about.shown_unit}", []).append(line)
+            unit = kept.get(channel, about.shown_unit)  # a command keeps its numbers
+            panels.setdefault(f"{kind} in {unit}", []).append(line)
         if not panels:
             self._plots.objects = []
             return
