@@ -7,6 +7,7 @@ import asyncio
 import hmac
 import os
 import secrets
+import warnings
 from collections.abc import Callable
 from contextlib import ExitStack, suppress
 from pathlib import Path
@@ -15,6 +16,7 @@ from urllib.parse import unquote
 
 import panel as pn
 from bokeh.server.auth_provider import AuthProvider
+from bokeh.util.warnings import BokehUserWarning
 from panel.io.server import get_server
 from tornado.httputil import HTTPServerRequest
 from tornado.ioloop import IOLoop
@@ -341,6 +343,8 @@ def serve(folder: Path, port: int = 0, *, ready: Callable[[str], None]) -> None:
     OSError
         the port is taken.
     """
+    # Said of a click on a button that has just been replaced; the click is taken all the same.
+    warnings.filterwarnings("ignore", "reference already known", BokehUserWarning)
     pn.extension(inline=True)
     pn.config.raw_css = []
     with ExitStack() as closing:  # also where the port is taken
