@@ -33,7 +33,7 @@ from ehsid.harness.diagnosis.schema import (
     Value,
     Which,
 )
-from ehsid.harness.diagnosis.search.candidates import friction_laws
+from ehsid.harness.catalogue.families import friction_laws
 from ehsid.harness.diagnosis.search.gap_reduction import mean_gap
 from ehsid.harness.diagnosis.search.search import search
 from ehsid.lab.blind.making import ANSWERS, EDITED, RESULTS, read_answers

@@ -21,7 +21,7 @@ from pathlib import Path
 from ehsid.harness.catalogue.spellings import ParameterKey
 from ehsid.harness.diagnosis import Diagnosis, diagnose
 from ehsid.harness.diagnosis.schema import Estimate
-from ehsid.harness.diagnosis.search.candidates import effect_families
+from ehsid.harness.catalogue.families import effect_families
 from ehsid.harness.records import Record, read_record
 from ehsid.harness.rigs import Rig, read_rig
 from ehsid.harness.signals.injection import Answer, InjectError, inject, injectable

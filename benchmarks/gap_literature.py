@@ -39,7 +39,8 @@ from ehsid.harness.diagnosis.model.parameters import effect_parameters
 from ehsid.harness.diagnosis.model.scale import effect_starts
 from ehsid.harness.diagnosis.options import DiagnosisOptions
 from ehsid.harness.diagnosis.schema import read_diagnosis_file
-from ehsid.harness.diagnosis.search.candidates import calibrate, effect_families, refine
+from ehsid.harness.diagnosis.search.candidates import calibrate, refine
+from ehsid.harness.catalogue.families import effect_families
 from ehsid.harness.records import Record, make_record
 from ehsid.harness.rigs.rig import Rig
 from ehsid.harness.rigs.rig_file import parse_rig

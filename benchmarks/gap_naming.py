@@ -59,7 +59,7 @@ from ehsid.harness.diagnosis.model.scale import effect_starts, machine_scale
 from ehsid.harness.diagnosis.model.separation import quadratic
 from ehsid.harness.diagnosis.model.spectrum import BANDS
 from ehsid.harness.diagnosis.options import DiagnosisOptions
-from ehsid.harness.diagnosis.search.candidates import law_count
+from ehsid.harness.catalogue.families import law_count
 from ehsid.harness.diagnosis.search.intervals import margin
 from ehsid.harness.rigs import Rig
 

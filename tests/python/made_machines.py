@@ -7,9 +7,9 @@ from dataclasses import replace
 
 import numpy as np
 
+from ehsid.harness.catalogue.families import friction_laws
 from ehsid.harness.catalogue.parameters import effects as catalogue
 from ehsid.harness.diagnosis.schema import Estimate
-from ehsid.harness.diagnosis.search.candidates import friction_laws
 from ehsid.harness.diagnosis.search.score import Constants
 from ehsid.lab.calibration.checking import LEAST_MACHINES, Calibration, calibrate
 from ehsid.lab.calibration.choices import choices_of, probabilities

@@ -11,8 +11,10 @@ from collections.abc import Iterator, Sequence
 from types import MappingProxyType
 
 from ..catalogue.channels import shown_channel
+from ..catalogue.families import effect_families
 from ..catalogue.parameters import plain_name, plant_parameters, value_name
 from ..catalogue.spellings import ParameterKey
+from ..diagnosis.deciding import TOLD
 from ..diagnosis.result import Diagnosis
 from ..diagnosis.schema import Candidate, Estimate, HowFar, Remark
 from ..rigs.rig import table_words
@@ -107,8 +109,26 @@ def candidate_notes(candidates: Sequence[Candidate]) -> str:
         if "named" in kinds
         else "first set"
     )
-    notes = [NATS_NOTE.format(chosen=named)]
+    notes = [NATS_NOTE.format(chosen=named), *_other_laws(candidates)]
     return " ".join([*notes, NOT_COUNTED_NOTE] if "too_small" in kinds else notes)
+
+
+def _other_laws(candidates: Sequence[Candidate]) -> list[str]:
+    """Says how probable another law of friction is than the named one, where it can be told."""
+    best = chosen(candidates)
+    alike = [
+        f"{effect_set(each.effects)} has {percent(each.probability)}"
+        for each in candidates
+        if each.probability is not None
+        and each.probability >= TOLD
+        and effect_families(each.effects) == effect_families(best.effects)
+    ]
+    if len(alike) < 2:
+        return []
+    return [
+        "All laws of friction count as one effect, whose probability is that of all of them: "
+        f"{', '.join(alike)}."
+    ]
 
 
 def nats_behind(candidate: Candidate, other: Candidate) -> str:

@@ -10,8 +10,8 @@ import numpy as np
 import numpy.typing as npt
 
 from ehsid.harness.base.numbers import FloatArray
+from ehsid.harness.catalogue.families import law_count
 from ehsid.harness.diagnosis.decision.hypotheses import outside_score, probabilities_of
-from ehsid.harness.diagnosis.search.candidates import law_count
 from ehsid.harness.diagnosis.search.score import Constants, score
 
 from .machines import Machine

@@ -35,7 +35,7 @@ from scipy.special import expit, logit
 from ehsid.harness.base.encoding import from_json
 from ehsid.harness.base.files import write_text
 from ehsid.harness.base.numbers import FloatArray
-from ehsid.harness.diagnosis.search.candidates import effect_families
+from ehsid.harness.catalogue.families import effect_families
 from ehsid.harness.diagnosis.search.score import IN_USE, Constants
 
 from ..scoring.judging import KNOWN, is_true

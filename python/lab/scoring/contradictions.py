@@ -7,6 +7,7 @@ import itertools
 import math
 from collections.abc import Sequence
 
+from ehsid.harness.catalogue.families import effect_families
 from ehsid.harness.catalogue.parameters import effects
 from ehsid.harness.catalogue.spellings import ParameterKey
 from ehsid.harness.diagnosis.deciding import NEAR_FLOOR, TOLD
@@ -14,7 +15,6 @@ from ehsid.harness.diagnosis.decision.effect_selection import OPEN, in_words
 from ehsid.harness.diagnosis.decision.results import MUCH_REMOVED, WORSE_CALIBRATED
 from ehsid.harness.diagnosis.decision.verdict import agrees_as_configured, is_gained
 from ehsid.harness.diagnosis.schema import Candidate, DiagnosisFile
-from ehsid.harness.diagnosis.search.candidates import effect_families
 from ehsid.harness.diagnosis.search.maps import QUANTISATION
 
 CHOSEN = ("named", "sufficient", "not_sufficient")

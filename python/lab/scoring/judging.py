@@ -46,6 +46,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Literal, get_args
 
+from ehsid.harness.catalogue.families import friction_laws, spelled_out
 from ehsid.harness.diagnosis.schema import (
     Candidate,
     DiagnosisFile,
@@ -53,7 +54,6 @@ from ehsid.harness.diagnosis.schema import (
     HowFar,
     read_diagnosis_file,
 )
-from ehsid.harness.diagnosis.search.candidates import friction_laws, spelled_out
 
 from ..blind.making import Answer, Kind
 from .contradictions import contradictions

@@ -56,6 +56,22 @@ def test_nats_are_counted_from_the_named_set_which_is_always_in_the_table() -> N
     assert '"Size not counted": ' in table.note
 
 
+def test_another_law_of_friction_that_is_probable_is_told() -> None:
+    """The probability of the effect is that of all laws; that of each law stands beside it."""
+    diagnosis = diagnosed(
+        (("coulomb_friction", 0.0, "named"), ("stribeck_friction", -9.0, "worse"))
+    )
+    shares = f"Coulomb friction has {percent(0.55)}, Stribeck friction has {percent(0.43)}"
+    said = f"of all of them: {shares}."
+    for share, is_told in ((0.43, True), (0.09, False)):
+        named, other = diagnosis.candidates
+        both = replace_part(named, probability=0.55), replace_part(other, probability=share)
+        assert (said in candidates_of(replace(diagnosis, candidates=both)).note) is is_told
+    apart = replace_part(diagnosis.candidates[1], effects=("load_force",), probability=0.43)
+    candidates = (diagnosis.candidates[0], apart)
+    assert "of all of them" not in candidates_of(replace(diagnosis, candidates=candidates)).note
+
+
 def test_the_page_counts_as_the_table_does() -> None:
     section = which_section(diagnosed(RANKED))
     (table,) = (

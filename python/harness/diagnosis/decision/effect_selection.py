@@ -13,12 +13,13 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Literal
 
+from ...catalogue.families import effect_families
 from ...catalogue.parameters import effects, plain_name, size_name
 from ...catalogue.spellings import ParameterKey
 from ...rigs import Rig
 from ..deciding import TOLD
 from ..model.case import Case
-from ..search.candidates import FittedCandidate, effect_families
+from ..search.candidates import FittedCandidate
 from ..search.intervals import likelihood_gain, matters, simpler_part, too_large
 from ..search.search import SearchResult
 from .hypotheses import Answer, Hypothesis, Posterior, least_loss

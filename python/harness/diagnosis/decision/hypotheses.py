@@ -46,6 +46,7 @@ import numpy.typing as npt
 from scipy.special import expit
 
 from ...base.numbers import FloatArray
+from ...catalogue.families import effect_families, law_count
 from ..deciding import (
     EFFECT,
     EVIDENCE,
@@ -58,7 +59,7 @@ from ..deciding import (
     WRONG_NAME,
 )
 from ..model.case import Case
-from ..search.candidates import FittedCandidate, effect_families, law_count
+from ..search.candidates import FittedCandidate
 from ..search.intervals import matters
 from ..search.maps import edges_can_replace_force
 from ..search.score import IN_USE, Constants, left, score, share_of_tolerance, smallness

@@ -16,21 +16,14 @@ from functools import partial
 import numpy as np
 
 from ...base.parallel import Progress, part_of, run_together
+from ...catalogue.families import law_count, repeats_a_law
 from ...catalogue.parameters import effects
 from ...rigs.rig import table_subsystem
 from ..deciding import EFFECT, EVIDENCE
 from ..model.case import Case
 from ..model.fit import fit
 from ..model.parameters import Law
-from ..search.candidates import (
-    FitStart,
-    FittedCandidate,
-    evaluate,
-    law_count,
-    linearised_start,
-    repeats_a_law,
-    screen,
-)
+from ..search.candidates import FitStart, FittedCandidate, evaluate, linearised_start, screen
 from ..search.intervals import matters
 from ..search.preselection import preselected
 from ..search.score import left

@@ -13,13 +13,14 @@ from scipy.stats import norm
 
 from ...base.numbers import FloatArray
 from ...base.parallel import Progress, part_of
+from ...catalogue.families import law_count
 from ...catalogue.spellings import ParameterKey
 from ..deciding import EFFECT, EVIDENCE
 from ..model.case import Case
 from ..model.fit import fit
 from ..model.parameters import Law
 from ..schema import MissingLaw
-from ..search.candidates import FittedCandidate, decision_case, evaluate, law_count
+from ..search.candidates import FittedCandidate, decision_case, evaluate
 from ..search.gap_reduction import WindowSums, mean_gap
 from ..search.intervals import LEVEL, candidate_covariance, matters
 from ..search.score import left

@@ -25,6 +25,7 @@ import numpy.typing as npt
 from scipy.fft import dct
 
 from ...base.numbers import FloatArray
+from ...catalogue.families import spelled_out
 from ...catalogue.parameters import effects
 from ...catalogue.spellings import ParameterKey
 from ...rigs import Rig
@@ -44,7 +45,7 @@ from ..schema import (
     Value,
     Where,
 )
-from .candidates import FittedCandidate, spelled_out
+from .candidates import FittedCandidate
 from .identifiability import conditions
 from .intervals import candidate_deviations
 

@@ -22,11 +22,12 @@ import numpy as np
 import numpy.typing as npt
 
 from ...base.numbers import FloatArray
+from ...catalogue.families import law_count
 from .. import deciding
 from ..deciding import LEAST_SHARE, OCTAVES_WITHIN
 from ..model.case import Case
 from ..model.spectrum import OutputLikelihood
-from .candidates import FittedCandidate, law_count
+from .candidates import FittedCandidate
 from .intervals import margin, matters
 
 Data = Literal["all", "fitted", "held out"]

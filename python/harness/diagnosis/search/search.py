@@ -13,6 +13,7 @@ import numpy as np
 
 from ...base.numbers import FloatArray
 from ...base.parallel import Progress, part_of, run_threads, run_together
+from ...catalogue.families import repeats_a_law, spelled_out
 from ...catalogue.parameters import acts_on, effects
 from ...catalogue.spellings import sizes_of
 from ...rigs import Rig
@@ -33,9 +34,7 @@ from .candidates import (
     nominal_candidate,
     refine,
     refine_finely,
-    repeats_a_law,
     screen,
-    spelled_out,
 )
 from .identifiability import unmeasured_effects
 from .intervals import largest_usual, matters, too_large

@@ -33,6 +33,7 @@ from scipy.stats import norm
 
 from ...base.numbers import FloatArray
 from ...base.parallel import run_together, single_threaded_algebra
+from ...catalogue.families import law_count, repeats_a_law, spelled_out
 from ...catalogue.parameters import effects as catalogue
 from ...catalogue.spellings import effect_values
 from ...records import Record
@@ -47,7 +48,7 @@ from ..model.problem import Problem
 from ..model.scale import effect_starts, machine_scale
 from ..model.separation import quadratic, reweighted
 from ..schema import CouldBeSeen
-from .candidates import FittedCandidate, law_count, repeats_a_law, spelled_out
+from .candidates import FittedCandidate
 from .intervals import margin, scaled
 from .maps import FORCE
 from .search import candidate_effects

@@ -14,6 +14,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 from made_candidates import CASE, FLOOR, LIKELIHOOD, MadeCase, candidate
 
+from ehsid.harness.catalogue.families import (
+    effect_families,
+    friction_laws,
+    law_count,
+    repeats_a_law,
+    spelled_out,
+)
 from ehsid.harness.diagnosis.deciding import (
     EFFECT,
     EVIDENCE,
@@ -33,14 +40,7 @@ from ehsid.harness.diagnosis.decision.hypotheses import (
 from ehsid.harness.diagnosis.model.case import Case
 from ehsid.harness.diagnosis.model.spectrum import BANDS
 from ehsid.harness.diagnosis.search import maps
-from ehsid.harness.diagnosis.search.candidates import (
-    FittedCandidate,
-    effect_families,
-    friction_laws,
-    law_count,
-    repeats_a_law,
-    spelled_out,
-)
+from ehsid.harness.diagnosis.search.candidates import FittedCandidate
 from ehsid.harness.diagnosis.search.maps import edges_can_replace_force
 from ehsid.harness.diagnosis.search.score import (
     IN_USE,

@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 
 import ehsid
 from ehsid.harness.base.parallel import workers
+from ehsid.harness.catalogue.families import spelled_out
 from ehsid.harness.catalogue.parameters import effects as catalogue
 from ehsid.harness.diagnosis.decision.effect_selection import select_effects
 from ehsid.harness.diagnosis.decision.hypotheses import posterior
@@ -29,7 +30,6 @@ from ehsid.harness.diagnosis.search.candidates import (
     linearised_start,
     refine,
     screen,
-    spelled_out,
 )
 from ehsid.harness.diagnosis.search.gap_reduction import WindowSums
 from ehsid.harness.diagnosis.search.intervals import likelihood_gain

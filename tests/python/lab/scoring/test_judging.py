@@ -8,8 +8,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from ehsid.harness.catalogue.families import spelled_out
 from ehsid.harness.catalogue.parameters import effects
-from ehsid.harness.diagnosis.search.candidates import spelled_out
 from ehsid.lab.blind.making import Answer
 from ehsid.lab.scoring.judging import (
     FAILED,
