@@ -18,6 +18,7 @@ from pathlib import Path
 from msgspec.structs import replace
 
 from ehsid.harness.base.parallel import run_tasks
+from ehsid.harness.catalogue.families import friction_laws
 from ehsid.harness.catalogue.parameters import effects
 from ehsid.harness.catalogue.spellings import sizes_of
 from ehsid.harness.diagnosis.data.gate import usable_part
@@ -33,7 +34,6 @@ from ehsid.harness.diagnosis.schema import (
     Value,
     Which,
 )
-from ehsid.harness.catalogue.families import friction_laws
 from ehsid.harness.diagnosis.search.gap_reduction import mean_gap
 from ehsid.harness.diagnosis.search.search import search
 from ehsid.lab.blind.making import ANSWERS, EDITED, RESULTS, read_answers

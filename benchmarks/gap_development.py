@@ -22,8 +22,8 @@ from typing import Any
 
 from joblib.externals.loky import get_reusable_executor
 
-from ehsid.harness.diagnosis import Diagnosis, diagnose
 from ehsid.harness.catalogue.families import effect_families
+from ehsid.harness.diagnosis import Diagnosis, diagnose
 from ehsid.harness.records import read_record
 from ehsid.harness.rigs import read_rig
 

@@ -18,10 +18,10 @@ from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
+from ehsid.harness.catalogue.families import effect_families
 from ehsid.harness.catalogue.spellings import ParameterKey
 from ehsid.harness.diagnosis import Diagnosis, diagnose
 from ehsid.harness.diagnosis.schema import Estimate
-from ehsid.harness.catalogue.families import effect_families
 from ehsid.harness.records import Record, read_record
 from ehsid.harness.rigs import Rig, read_rig
 from ehsid.harness.signals.injection import Answer, InjectError, inject, injectable

@@ -31,6 +31,7 @@ from matplotlib.figure import Figure
 
 from ehsid.harness.base.numbers import FloatArray
 from ehsid.harness.base.parallel import single_threaded_algebra
+from ehsid.harness.catalogue.families import effect_families
 from ehsid.harness.catalogue.spellings import effect_values, sizes_of
 from ehsid.harness.commissioning.drive import edge_area
 from ehsid.harness.diagnosis import diagnose
@@ -40,7 +41,6 @@ from ehsid.harness.diagnosis.model.scale import effect_starts
 from ehsid.harness.diagnosis.options import DiagnosisOptions
 from ehsid.harness.diagnosis.schema import read_diagnosis_file
 from ehsid.harness.diagnosis.search.candidates import calibrate, refine
-from ehsid.harness.catalogue.families import effect_families
 from ehsid.harness.records import Record, make_record
 from ehsid.harness.rigs.rig import Rig
 from ehsid.harness.rigs.rig_file import parse_rig

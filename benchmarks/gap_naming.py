@@ -38,6 +38,7 @@ from scipy.stats import norm
 
 from ehsid.harness.base.numbers import FloatArray
 from ehsid.harness.base.parallel import single_threaded_algebra
+from ehsid.harness.catalogue.families import law_count
 from ehsid.harness.catalogue.parameters import effects as catalogue
 from ehsid.harness.catalogue.spellings import effect_values, sizes_of
 from ehsid.harness.diagnosis import diagnose
@@ -59,7 +60,6 @@ from ehsid.harness.diagnosis.model.scale import effect_starts, machine_scale
 from ehsid.harness.diagnosis.model.separation import quadratic
 from ehsid.harness.diagnosis.model.spectrum import BANDS
 from ehsid.harness.diagnosis.options import DiagnosisOptions
-from ehsid.harness.catalogue.families import law_count
 from ehsid.harness.diagnosis.search.intervals import margin
 from ehsid.harness.rigs import Rig
 

@@ -29,12 +29,12 @@ import numpy as np
 import ehsid
 from ehsid.harness.base.files import write_text
 from ehsid.harness.base.numbers import FloatArray
+from ehsid.harness.catalogue.families import effect_families, spelled_out
 from ehsid.harness.catalogue.parameters import effects
 from ehsid.harness.catalogue.spellings import effect_values
 from ehsid.harness.diagnosis import diagnose
 from ehsid.harness.diagnosis.model.parameters import calibration_parameters
 from ehsid.harness.diagnosis.options import DiagnosisOptions
-from ehsid.harness.catalogue.families import effect_families, spelled_out
 from ehsid.harness.records import Record, make_record
 from ehsid.harness.rigs import Rig, read_rig
 from ehsid.harness.signals.excitation import multisine, triangle
