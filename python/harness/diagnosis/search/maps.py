@@ -251,8 +251,8 @@ def position_step(case: Case, exclude: Sequence[str] = ()) -> Estimate | None:
     """Returns the step of the position, m, if it is larger than a sensor has anyway, else None.
 
     Its rounding noise, q / sqrt(12) (W. R. Bennett, Bell Syst. Tech. J. 27(3), 1948), must make up
-    most of the noise floor and exceed the sensor noise in the rig file. The step must be the same
-    in all records.
+    most of the noise floor where that is lowest, since motion can hide the noise elsewhere, and
+    exceed the sensor noise in the rig file. The step must be the same in all records.
     """
     if QUANTISATION in (*case.rig.effects(), *exclude) or "position_m" not in case.floors:
         return None
@@ -264,7 +264,7 @@ def position_step(case: Case, exclude: Sequence[str] = ()) -> Estimate | None:
     rig_noise = case.rig.sensors.get("position_noise_m", 0.0)
     stroke = case.rig.values.get("cylinder.stroke_m") or _travel(case)
     if (
-        noise < STEP_OF_FLOOR * case.floors["position_m"].value
+        noise < STEP_OF_FLOOR * case.floors["position_m"].low
         or noise < STEP_OF_RIG_NOISE * rig_noise
         or step < LEAST_STEP * stroke
     ):

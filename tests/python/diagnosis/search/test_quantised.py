@@ -37,6 +37,20 @@ def test_a_coarse_step_is_read_from_the_record(step: float) -> None:
     assert estimate.low <= step <= estimate.high
 
 
+def test_steps_show_where_motion_hides_the_noise() -> None:
+    """A growing motion that looks like noise: the floor is above the steps, but not everywhere."""
+    time = 1e-3 * np.arange(4000)
+    command = np.random.default_rng(1).standard_normal(time.size) * (time / time[-1]) ** 2
+    moved = 0.15 + 1e-3 * command + 0.05 * np.sin(9.0 * time)
+    columns = {"time_s": time, "command_v": command, "position_m": 1e-4 * np.rint(moved / 1e-4)}
+    subject = case([make_record(columns)])
+    assert subject.floors["position_m"].value > 1e-4
+    estimate = position_step(subject)
+    assert estimate is not None
+    assert estimate.value == pytest.approx(1e-4, rel=1e-6)
+    assert position_step(case([make_record(columns | {"position_m": moved})])) is None
+
+
 def test_steps_below_the_noise_are_no_effect() -> None:
     # 2e-5 / sqrt(12) is a quarter of the noise.
     assert position_step(case([rounded(2e-5, noise_m=2.5e-5)])) is None
