@@ -6,6 +6,7 @@ from __future__ import annotations
 import os
 import shlex
 from collections.abc import Collection, Mapping, Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -103,7 +104,12 @@ def start_command(
     for log, record in zip(logs, records, strict=True):
         lines.append(["import", os.fspath(log), *reading, "--out", os.fspath(record)])
         _say(lines[-1])
-        made = imported(log, maps, sampling_time, record, required=(COMMAND, POSITION))
+        try:
+            made = imported(log, maps, sampling_time, record, required=(COMMAND, POSITION))
+        except ValueError:
+            with suppress(OSError):  # nothing is left where it is empty
+                out.rmdir()
+            raise
         print_record(made, record, Console())
         units.add(unit_of_command(made))
     first = len(lines)

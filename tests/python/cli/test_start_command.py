@@ -128,6 +128,7 @@ def test_a_log_without_a_command_is_refused_before_the_questions(
     assert "there is no column 'command_v'" in said
     option = "command_v=Ventilstellung [percent]"
     assert f"--map '{option}'" in said
+    assert not Path("start").exists()
     code, said = run("log.csv", *PLATE, "--map", option, "--no-open")
     assert code == 0, said
 
