@@ -18,7 +18,7 @@ from ..flow import step_states
 from ..jobs import REMARKS, Said
 from .step import StepView, progress
 
-NOTES = "To be known"
+COMPARISONS, NOTES = "Comparisons", "To be known"
 
 
 class CheckStep(StepView):
@@ -37,7 +37,7 @@ class CheckStep(StepView):
         self._made: str | None = None  # of which records and rig
         self._table, self._notes = look.words(""), look.words("")
         self._sheets = look.Switch(self._turn)
-        self._sheets.offer(["Comparisons", NOTES])
+        self._sheets.offer([COMPARISONS, NOTES])
         self._sheets.layout.sizing_mode = None
         row = pn.FlexBox(self._record, self._again, self._sheets.layout, align_items="end")
         told = [row, self._status, self._result, self._table, self._notes]
@@ -69,7 +69,7 @@ class CheckStep(StepView):
 
     def _turn(self) -> None:
         """Shows the sheet that was chosen."""
-        self._notes.visible = self._sheets.chosen == NOTES
+        self._notes.visible = self._sheets.chosen.startswith(NOTES)
         self._table.visible = not self._notes.visible
 
     def _draw(self) -> None:
@@ -87,6 +87,11 @@ class CheckStep(StepView):
             *_items("Between the records", between),
         ]
         self._notes.object = look.told(*(notes or ["Nothing more."]))
+        count = sum(len(one.items) for one in notes if isinstance(one, Items))
+        names = [COMPARISONS, f"{NOTES}: {count}" if count else NOTES]
+        chosen = names[self._notes.visible]
+        self._sheets.offer(names)
+        self._sheets.choose(chosen)
         drawn = (factors_plot(check, theme), speeds_plot(self.session, number, theme))
         self._plots.objects = [look.drawn(one) for one in drawn if one is not None]
 
