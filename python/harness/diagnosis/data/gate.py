@@ -13,7 +13,7 @@ import numpy.typing as npt
 from scipy.ndimage import correlate1d, maximum_filter1d, median_filter
 
 from ...base.numbers import FloatArray
-from ...catalogue.channels import CHANNELS, COMMAND, POSITION
+from ...catalogue.channels import CHANNELS, COMMAND, POSITION, shown_channel
 from ...records import Record
 from ...rigs import Rig
 from ..schema import WINDOW_S, Remark
@@ -305,10 +305,12 @@ def _noise_differs(records: Sequence[Record], rig: Rig) -> Iterator[Remark]:
             continue
         (low, quiet), (high, noisy) = min(floors), max(floors)
         if high > FLOORS_DIFFER * low:
+            words, factor, unit = shown_channel(name)
             yield Remark(
                 "",
-                f"the noise of {name} is {high:.2g} in '{noisy}' and {low:.2g} in '{quiet}'; check "
-                "whether sensor, filter or setting were changed in between",
+                f"the noise of {words} is {factor * high:.2g} {unit} in '{noisy}' and "
+                f"{factor * low:.2g} {unit} in '{quiet}'; check whether sensor, filter or setting "
+                "were changed in between",
             )
 
 

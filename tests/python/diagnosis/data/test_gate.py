@@ -332,10 +332,10 @@ def test_records_that_differ_in_noise_or_sampling_are_named() -> None:
     assert result.record == ""
     # The message has two digits; the medians scatter by 2.5 %.
     numbers = re.match(
-        r"the noise of pressure_a_pa is (\S+) in 'two' and (\S+) in 'one'", result.what
+        r"the noise of pressure A is (\S+) bar in 'two' and (\S+) bar in 'one'", result.what
     )
     assert numbers is not None
-    assert [float(number) for number in numbers.groups()] == pytest.approx([1e5, 1e4], rel=0.1)
+    assert [float(number) for number in numbers.groups()] == pytest.approx([1.0, 0.1], rel=0.1)
     halved = {name: column[::2] for name, column in columns_of(2).items()}
     result = gate([make_record(CLEAN, name="one"), make_record(halved, name="two")], RIG)[-1]
     assert "sampled every 1 to 2 ms" in result.what
