@@ -114,7 +114,7 @@ def candidate_notes(candidates: Sequence[Candidate]) -> str:
 
 
 def _other_laws(candidates: Sequence[Candidate]) -> list[str]:
-    """Says how probable another law of friction is than the named one, where it can be told."""
+    """Says how probable each set is that counts as the same answer as the named one."""
     best = chosen(candidates)
     alike = [
         f"{effect_set(each.effects)} has {percent(each.probability)}"
@@ -126,7 +126,8 @@ def _other_laws(candidates: Sequence[Candidate]) -> list[str]:
     if len(alike) < 2:
         return []
     return [
-        "All laws of friction count as one effect, whose probability is that of all of them: "
+        "Sets that act alike, such as two laws of friction, count as one answer. The probability "
+        "of an effect is that of all of them: "
         f"{', '.join(alike)}."
     ]
 

@@ -67,6 +67,14 @@ def test_another_law_of_friction_that_is_probable_is_told() -> None:
         named, other = diagnosis.candidates
         both = replace_part(named, probability=0.55), replace_part(other, probability=share)
         assert (said in candidates_of(replace(diagnosis, candidates=both)).note) is is_told
+    bands = ("valve_dead_band_sides",), ("valve_dead_band", "valve_null_bias")
+    alike = [
+        replace_part(each, effects=effects, probability=0.4)
+        for each, effects in zip(diagnosis.candidates, bands, strict=True)
+    ]
+    note = candidates_of(replace(diagnosis, candidates=tuple(alike))).note
+    assert "unequal valve dead band has" in note.lower()
+    assert "all laws of friction" not in note.lower()
     apart = replace_part(diagnosis.candidates[1], effects=("load_force",), probability=0.43)
     candidates = (diagnosis.candidates[0], apart)
     assert "of all of them" not in candidates_of(replace(diagnosis, candidates=candidates)).note
