@@ -16,7 +16,6 @@ from .frames import HilError
 
 MACHINE = "mps2-an386"
 QEMU = "qemu-system-arm"
-_END_S = 5.0
 _ELF, _ARM = b"\x7fELF", 40  # first bytes; machine, at byte 18
 
 

@@ -10,6 +10,7 @@ from functools import cache
 import numpy as np
 from gap_rig import RIG
 from msgspec.structs import replace as replace_part
+from windowed_runs import simulate_windows
 
 from ehsid.harness.diagnosis.data.floor import noise_floor
 from ehsid.harness.diagnosis.decision.results import in_sigmas
@@ -40,7 +41,6 @@ from ehsid.harness.diagnosis.search.gap_reduction import gap_reduction, window_s
 from ehsid.harness.records import Record, make_record
 from ehsid.harness.rigs import Rig
 from ehsid.harness.signals.simulation import draw_noise, simulate
-from ehsid.harness.signals.simulation.windows import simulate_windows
 
 VERDICTS: tuple[Verdict, ...] = (
     "effects",

@@ -1,16 +1,14 @@
 # SPDX-License-Identifier: MIT
 """What a controller takes of a diagnosis or an estimate: valve tables, friction, loop gains."""
 
-from .design import SOURCES, Commissioning, Constant, Design, Table, design
+from .design import SOURCES, Commissioning, Design, design
 from .writing import FILES, write_commissioning
 
 __all__ = [
     "FILES",
     "SOURCES",
     "Commissioning",
-    "Constant",
     "Design",
-    "Table",
     "design",
     "write_commissioning",
 ]

@@ -1,15 +1,14 @@
 # SPDX-License-Identifier: MIT
 """Diagnosis of why simulator and record disagree; returns typed findings, no plots or files."""
 
-from .data.floor import NoiseFloor, noise_floor
+from .data.floor import noise_floor
 from .decision.effect_selection import in_words
 from .diagnosis import diagnose
 from .excite import signals_for
 from .job import STAGES
 from .limits import Limits
-from .model.comparison import Compared, GapFigure, gap_figure
-from .model.fit import Fit, fit
-from .model.parameters import Parameter, calibration_parameters, effect_parameters
+from .model.fit import fit
+from .model.parameters import calibration_parameters, effect_parameters
 from .model.problem import Problem
 from .next_experiment import limits_of
 from .result import Diagnosis, Interim
@@ -17,21 +16,15 @@ from .search.visible import before_any_fit
 
 __all__ = [
     "STAGES",
-    "Compared",
     "Diagnosis",
-    "Fit",
-    "GapFigure",
     "Interim",
     "Limits",
-    "NoiseFloor",
-    "Parameter",
     "Problem",
     "before_any_fit",
     "calibration_parameters",
     "diagnose",
     "effect_parameters",
     "fit",
-    "gap_figure",
     "in_words",
     "limits_of",
     "noise_floor",

@@ -6,7 +6,7 @@
 >>> text = render_header(export.configuration, trace, name="servo")
 """
 
-from .configuration import EstimatorConfiguration, Export, Seed, configure_from_record
+from .configuration import EstimatorConfiguration, Seed, configure_from_record
 from .estimator_fmu import STEM, fmu_files
 from .fmu import write_fmu
 from .header import (
@@ -19,29 +19,23 @@ from .header import (
 )
 from .of_record import (
     FILE_NAMES,
-    Header,
     chosen_orders,
     header_of_record,
 )
 from .servo import (
-    ServoHeader,
     ServoSettings,
     render_servo_header,
     servo_header_of_record,
 )
-from .source import Sources, render_sources
+from .source import render_sources
 
 __all__ = [
     "FILE_NAMES",
     "STEM",
     "EstimatorConfiguration",
-    "Export",
     "GoldenTrace",
-    "Header",
     "Seed",
-    "ServoHeader",
     "ServoSettings",
-    "Sources",
     "check_name",
     "chosen_orders",
     "configure_from_record",

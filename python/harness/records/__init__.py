@@ -6,8 +6,7 @@
 >>> record = read_record("run.mf4"); record.origin             # a log: what was taken for what
 """
 
-from ..catalogue.channels import CHANNELS, REQUIRED_COLUMNS, Channel
-from .checks import Gap, Jitter, TimeBase
+from ..catalogue.channels import CHANNELS
 from .errors import RecordError
 from .mapping import NO_HINTS, ColumnMap, Hints, Layout
 from .reading import read_record
@@ -16,18 +15,13 @@ from .record import Origin, Record, Taken, make_record, write_record
 __all__ = [
     "CHANNELS",
     "NO_HINTS",
-    "REQUIRED_COLUMNS",
-    "Channel",
     "ColumnMap",
-    "Gap",
     "Hints",
-    "Jitter",
     "Layout",
     "Origin",
     "Record",
     "RecordError",
     "Taken",
-    "TimeBase",
     "make_record",
     "read_record",
     "write_record",

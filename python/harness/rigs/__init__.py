@@ -7,9 +7,8 @@
 >>> rig.with_values({"effects.coulomb_friction.force_n": 400.0})
 """
 
-from ..records import ColumnMap
 from .checks import RigError
 from .rig import Rig
 from .rig_file import parse_rig, read_rig, rig_text, write_rig
 
-__all__ = ["ColumnMap", "Rig", "RigError", "parse_rig", "read_rig", "rig_text", "write_rig"]
+__all__ = ["Rig", "RigError", "parse_rig", "read_rig", "rig_text", "write_rig"]

@@ -2,12 +2,10 @@
 """Repeats the published experiment: its figures, its model as a known plant, the comparison."""
 
 from .comparison import Contender, KnownPlant, Outcome, Setting, compare
-from .rig_records import MODEL_16, ORDERS, RECURSIVE
+from .rig_records import MODEL_16
 
 __all__ = [
     "MODEL_16",
-    "ORDERS",
-    "RECURSIVE",
     "Contender",
     "KnownPlant",
     "Outcome",

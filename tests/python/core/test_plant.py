@@ -117,7 +117,6 @@ READINGS = {
 
 # Of seals that slide, from a speed that the rod has for a while at each reversal.
 SEALS = {"effects.coulomb_friction.force_n": 400.0, "nuisance.sliding_onset_m_s": 1e-3}
-AT_MID_STROKE = "effects.load_spring.force_at_mid_stroke_n"
 NEEDS = {
     "nuisance.presliding_m": SEALS,
     "nuisance.sliding_onset_m_s": SEALS,

@@ -9,12 +9,12 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from windowed_runs import simulate_windows
 
 from ehsid.harness.rigs import RigError, parse_rig
 from ehsid.harness.rigs.rig import EQUATIONS, VARIABLES, TableLaw
 from ehsid.harness.rigs.rig_file import rig_text
 from ehsid.harness.signals.simulation import simulate
-from ehsid.harness.signals.simulation.windows import simulate_windows
 
 EHS = """
 name = "bench"

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Preparation of a record to compare with simulations, and the gap as the contract defines it."""
+"""Preparation of a record to compare with simulations."""
 
 from __future__ import annotations
 
@@ -193,45 +193,6 @@ def _smoothed(position: FloatArray, dt_s: float) -> FloatArray:
         max(SMOOTHED_LEAST, 2 * round(0.5 * SMOOTHED_S / dt_s) + 1), (position.size - 1) | 1
     )
     return np.asarray(savgol_filter(position, length, polyorder=SMOOTHED_ORDER), dtype=np.float64)
-
-
-@dataclass(frozen=True)
-class GapFigure:
-    """The gap as the contract defines it: normalised rms error (nrmse) by output, and the mean."""
-
-    per_output: Mapping[str, float]
-
-    @property
-    def mean(self) -> float:
-        """Mean of the nrmse over the compared outputs."""
-        return float(np.mean(list(self.per_output.values())))
-
-
-def gap_figure(
-    compared: Compared, simulated: Mapping[str, FloatArray], outputs: tuple[str, ...]
-) -> GapFigure:
-    """Returns the gap of a simulation, as the contract defines it.
-
-        nrmse = rms(e) / rms(m minus its mean over the window),  e = s - m
-
-    with the simulated output s and the measured output m.
-
-    Parameters
-    ----------
-    compared
-        the record.
-    simulated
-        simulated signals by output, shape (N,) each.
-    outputs
-        names of the compared outputs.
-    """
-    nrmse = {}
-    for name in outputs:
-        measured = compared.outputs[name]
-        error = (simulated[name] - measured)[compared.used]
-        spread = compared.centred(measured)
-        nrmse[name] = float(np.sqrt(np.mean(error**2) / np.mean(spread**2)))
-    return GapFigure(nrmse)
 
 
 def varying_outputs(compared: Compared, floors: Mapping[str, float]) -> tuple[str, ...]:

@@ -3,7 +3,7 @@
 
 from .many import estimate, estimate_all
 from .recursion import Estimate, EstimationResult, Recursion, scaling_of
-from .spread import Coefficient, Estimates, Named, Outlier, RecordEstimate, compare
+from .spread import Coefficient, Estimates, Named, compare
 
 __all__ = [
     "Coefficient",
@@ -11,8 +11,6 @@ __all__ = [
     "Estimates",
     "EstimationResult",
     "Named",
-    "Outlier",
-    "RecordEstimate",
     "Recursion",
     "compare",
     "estimate",

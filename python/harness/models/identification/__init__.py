@@ -6,11 +6,10 @@
 >>> print(result.reason)
 """
 
-from .arx import ArxModel, Regression, fit_arx, least_squares, regression
-from .candidates import Candidate, Criteria, Rejected, aic, criteria, fit_percent, fpe, loss, mdl
+from .arx import ArxModel, fit_arx, regression
+from .candidates import Candidate, Criteria, aic, criteria, fit_percent, fpe, loss, mdl
 from .data import ArxOrders, IdentificationError, IoData, TooFewSamplesError, UnexcitedError
 from .dynamics import (
-    Cancellation,
     PolesZeros,
     Roots,
     nearest_cancellation,
@@ -27,11 +26,9 @@ from .frequency import (
     response_grid,
 )
 from .outliers import Outliers, replace_outliers
-from .preprocessing import Preprocessed, Preprocessing, SignalReport, preprocess
+from .preprocessing import Preprocessed, Preprocessing, preprocess
 from .residuals import (
-    IndependenceTest,
     Prediction,
-    WhitenessTest,
     independence_test,
     predict_one_step,
     simulate,
@@ -43,27 +40,21 @@ __all__ = [
     "Agreement",
     "ArxModel",
     "ArxOrders",
-    "Cancellation",
     "Candidate",
     "Criteria",
     "EstimatedResponse",
     "FrequencyResponse",
     "IdentificationError",
     "IdentificationResult",
-    "IndependenceTest",
     "IoData",
     "Outliers",
     "PolesZeros",
     "Prediction",
     "Preprocessed",
     "Preprocessing",
-    "Regression",
-    "Rejected",
     "Roots",
-    "SignalReport",
     "TooFewSamplesError",
     "UnexcitedError",
-    "WhitenessTest",
     "agreement",
     "aic",
     "criteria",
@@ -73,7 +64,6 @@ __all__ = [
     "frequency_response",
     "identify",
     "independence_test",
-    "least_squares",
     "loss",
     "mdl",
     "nearest_cancellation",

@@ -2,7 +2,7 @@
 """Test signals for identification: arrays of the command, in the unit of the command."""
 
 from .excitation import Excitation, fit_to_travel, multisine, odd_multisine, travel
-from .shapes import SIGNALS, chirp, named_signal, prbs, random_steps, triangle, triangle_length
+from .shapes import SIGNALS, chirp, named_signal, prbs, random_steps, triangle
 
 __all__ = [
     "SIGNALS",
@@ -16,5 +16,4 @@ __all__ = [
     "random_steps",
     "travel",
     "triangle",
-    "triangle_length",
 ]

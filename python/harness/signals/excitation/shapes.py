@@ -14,8 +14,6 @@ Test signals by their names, for those who choose one from a list.
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 import numpy.typing as npt
 import scipy.signal
@@ -110,7 +108,7 @@ def triangle(n: int, dt_s: float, *, amplitude: float, period_s: float) -> npt.N
     Parameters
     ----------
     n
-        number of samples, at least 1; see `triangle_length`.
+        number of samples, at least 1.
     dt_s
         sampling time in seconds, > 0.
     amplitude
@@ -118,7 +116,11 @@ def triangle(n: int, dt_s: float, *, amplitude: float, period_s: float) -> npt.N
     period_s
         period in seconds, finite, at least 4 dt_s.
     """
-    _check_period(dt_s, period_s)
+    if not (dt_s > 0.0 and 4.0 * dt_s <= period_s < np.inf):
+        raise ValueError(
+            f"triangle: dt_s = {dt_s:g}, period_s = {period_s:g}: expected dt_s > 0, finite "
+            f"period_s >= {4.0 * dt_s:g}"
+        )
     if not (n >= 1 and 0.0 <= amplitude < np.inf):
         raise ValueError(
             f"triangle: n = {n}, amplitude = {amplitude:g}: expected n >= 1, finite amplitude >= 0"
@@ -128,34 +130,6 @@ def triangle(n: int, dt_s: float, *, amplitude: float, period_s: float) -> npt.N
     signal = amplitude * sawtooth(phase + 0.5 * np.pi, 0.5)
     # Rounding errors at a corner must not exceed the amplitude.
     return np.asarray(np.clip(signal, -amplitude, amplitude), dtype=np.float64)
-
-
-def triangle_length(dt_s: float, *, period_s: float, reversals: int) -> int:
-    """Returns the number of samples of a triangle that has `reversals` reversals and ends at zero.
-
-    The end is at zero to within one sample. Each half period, from zero to zero, has one reversal
-    in its middle.
-
-    Parameters
-    ----------
-    dt_s, period_s
-        as in `triangle`.
-    reversals
-        number of reversals, >= 1.
-    """
-    _check_period(dt_s, period_s)
-    if reversals < 1:
-        raise ValueError(f"triangle_length: reversals = {reversals}: expected reversals >= 1")
-    # The factor keeps a rounding error from raising a whole number of samples by one.
-    return math.ceil(0.5 * reversals * period_s / dt_s * (1.0 - 1e-12)) + 1
-
-
-def _check_period(dt_s: float, period_s: float) -> None:
-    if not (dt_s > 0.0 and 4.0 * dt_s <= period_s < np.inf):
-        raise ValueError(
-            f"triangle: dt_s = {dt_s:g}, period_s = {period_s:g}: expected dt_s > 0, finite "
-            f"period_s >= {4.0 * dt_s:g}"
-        )
 
 
 def prbs(n: int, *, amplitude: float, hold: int, bits: int = 10) -> npt.NDArray[np.float64]:

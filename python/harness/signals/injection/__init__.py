@@ -7,13 +7,12 @@
 """
 
 from .effects import InjectError, injectable
-from .inject import Injected, answer_path, inject, write_injected
+from .inject import answer_path, inject, write_injected
 from .lag import Answer
 
 __all__ = [
     "Answer",
     "InjectError",
-    "Injected",
     "answer_path",
     "inject",
     "injectable",

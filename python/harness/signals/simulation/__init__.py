@@ -15,14 +15,13 @@ from .controller import (
 )
 from .run import SimulationError, SimulationRun, draw_noise, inside_stroke, simulate
 from .settings import parse_settings
-from .windows import WindowedRun, measured_states, simulate_windows
+from .windows import measured_states
 
 __all__ = [
     "ClosedLoopRun",
     "PositionController",
     "SimulationError",
     "SimulationRun",
-    "WindowedRun",
     "command_limit",
     "draw_noise",
     "inside_stroke",
@@ -30,7 +29,6 @@ __all__ = [
     "parse_settings",
     "simulate",
     "simulate_closed_loop",
-    "simulate_windows",
     "suggested_controller",
     "velocity_gain",
     "with_integral",

@@ -11,7 +11,6 @@ from ehsid.harness.diagnosis import (
     calibration_parameters,
     effect_parameters,
     fit,
-    gap_figure,
     noise_floor,
 )
 from ehsid.harness.diagnosis.deciding import LEAST_TOLERANCE, TOLERANCE
@@ -21,7 +20,7 @@ from ehsid.harness.diagnosis.model.spectrum import BANDS
 from ehsid.harness.records import make_record
 from ehsid.harness.rigs import Rig
 from ehsid.harness.signals.excitation import multisine
-from ehsid.harness.signals.simulation import draw_noise, simulate, simulate_windows
+from ehsid.harness.signals.simulation import draw_noise, simulate
 
 RIG = Rig(
     "bench",
@@ -291,26 +290,6 @@ def test_bounds_hold() -> None:
     result = fit(subject, subject.centre())
     assert np.all(result.x >= subject.low)
     assert np.all(result.x <= subject.high)
-
-
-def test_gap_is_that_of_the_contract() -> None:
-    """The gap is computed sample by sample from its definition in the contract."""
-    record = compared_record(TRUE, seconds=2.0)
-    run = simulate_windows(RIG, record.record)
-    simulated = {name: run.outputs[name][0] for name in record.outputs}
-    gap = gap_figure(record, simulated, ("position_m", "pressure_a_pa"))
-    for name in ("position_m", "pressure_a_pa"):
-        squares, spread, count = 0.0, 0.0, 0
-        measured = record.outputs[name]
-        for number in range(int(record.window.max()) + 1):
-            indices = [k for k in range(measured.size) if record.window[k] == number]
-            mean = sum(measured[k] for k in indices) / len(indices)
-            squares += sum((simulated[name][k] - measured[k]) ** 2 for k in indices)
-            spread += sum((measured[k] - mean) ** 2 for k in indices)
-            count += len(indices)
-        assert gap.per_output[name] == pytest.approx(np.sqrt(squares / spread))
-        assert count == np.count_nonzero(record.used)
-    assert gap.mean == pytest.approx(np.mean(list(gap.per_output.values())))
 
 
 def test_centred_errors_have_no_mean_in_any_window() -> None:

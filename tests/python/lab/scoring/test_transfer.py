@@ -8,13 +8,13 @@ import numpy as np
 import pytest
 from gap_cases import RIG, record
 from made_checks import made_answers, perfect, write_check
+from windowed_runs import simulate_windows
 
 from ehsid.harness.base.parallel import workers
 from ehsid.harness.diagnosis.schema import Estimate
 from ehsid.harness.diagnosis.search.candidates import DECISION_SUBSTEPS
 from ehsid.harness.records import write_record
 from ehsid.harness.rigs import Rig, write_rig
-from ehsid.harness.signals.simulation.windows import simulate_windows
 from ehsid.lab.scoring.baselines import independent_samples, promises, realised, without
 from ehsid.lab.scoring.judging import Findings, NamedEffect
 from ehsid.lab.scoring.score import score_folder
