@@ -26,7 +26,7 @@ import msgspec
 from ehsid.harness.base.encoding import json_text
 from ehsid.harness.base.error_words import error_words
 from ehsid.harness.base.files import result_folder, write_text
-from ehsid.harness.base.parallel import end_workers
+from ehsid.harness.base.parallel import end_with, end_workers
 from ehsid.harness.base.time_to_go import TimeToGo
 from ehsid.harness.catalogue.channels import COMMAND, POSITION, TIME
 from ehsid.harness.records import CHANNELS, Record, read_record
@@ -40,7 +40,6 @@ if TYPE_CHECKING:
     from ehsid.harness.diagnosis.result import Stage
 
 
-LOOK_S = 0.5  # between two looks of a worker at the process that started it
 END_S = 3.0  # that a worker has to end by itself
 
 
@@ -193,7 +192,7 @@ class Job:
 def _work(sender: Connection, task: Task, args: tuple[Any, ...], log: Path, parent: int) -> None:
     """Does the task in the new process and sends how it goes."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the process that started it
-    threading.Thread(target=_end_with, args=(parent,), daemon=True).start()
+    end_with(parent)
 
     def report(share: float, stage: str = "") -> None:
         sender.send(("share", (float(share), stage)))
@@ -214,13 +213,6 @@ def _work(sender: Connection, task: Task, args: tuple[Any, ...], log: Path, pare
             sender.send((str(State.failed), words))
     finally:
         end_workers()
-
-
-def _end_with(parent: int) -> None:
-    """Ends this process when the one that started it is gone."""
-    while os.getppid() == parent:
-        time.sleep(LOOK_S)
-    os._exit(1)
 
 
 REMARKS = "check/remarks.json"

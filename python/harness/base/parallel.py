@@ -77,8 +77,8 @@ def _workers_deaf_to_ctrl_c() -> Iterator[None]:
         signal.signal(signal.SIGINT, before)
 
 
-def _end_with(parent: int) -> None:
-    """Makes this worker process end soon after its parent process, whose id is given.
+def end_with(parent: int) -> None:
+    """Makes this process end soon after its parent process, whose id is given.
 
     A parent that was killed cannot end its workers, and they would finish tasks whose results
     nobody reads. A thread looks at the id of the parent, which changes when the parent has ended.
@@ -231,7 +231,7 @@ def run_unordered(tasks: Iterable[Callable[[], T]]) -> Iterator[T]:
             running = joblib.Parallel(
                 n_jobs=worker_count(),
                 return_as="generator_unordered",
-                initializer=_end_with,
+                initializer=end_with,
                 initargs=(os.getpid(),),
             )(joblib.delayed(_alone)(task) for task in tasks)
         yield from running

@@ -16,6 +16,7 @@ from .export_simulator import export_simulator
 from .next_command import Given, estimate_line
 from .options import (
     RECORD_HELP,
+    ForServo,
     InputColumn,
     Maps,
     Offset,
@@ -133,14 +134,7 @@ def export_command(
             show_default=False,
         ),
     ] = None,
-    servo: Annotated[
-        bool,
-        typer.Option(
-            "--servo",
-            help="ServoEstimator, for K, omega_n and xi, in place of an ARX model; --setting then "
-            "takes delay, drift and tolerance",
-        ),
-    ] = False,
+    servo: ForServo = False,
     growth: Annotated[
         Path | None,
         typer.Option(

@@ -64,6 +64,14 @@ Offset = Annotated[
         "servo stands still",
     ),
 ]
+ForServo = Annotated[
+    bool,
+    typer.Option(
+        "--servo",
+        help="ServoEstimator, for K, omega_n and xi, in place of an ARX model; --setting then "
+        "takes delay, drift and tolerance",
+    ),
+]
 Reset = Annotated[
     bool, typer.Option("--reset/--no-reset", help="restart where the RMSE shows a change")
 ]

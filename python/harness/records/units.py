@@ -136,19 +136,15 @@ _OF_COMMANDS = frozenset({"mA", "A", "percent", "0.1 percent", "1"})
 
 
 @cache
-def _units() -> pint.UnitRegistry[Any]:
+def unit_registry(number: type = float) -> pint.UnitRegistry[Any]:
+    """Returns the units that pint knows and those of gauge pressures; numbers are of this type."""
     # pint is imported only where it is needed: its import takes longer than most commands run.
     import pint
 
-    registry: pint.UnitRegistry[Any] = pint.UnitRegistry()
-    define_gauges(registry)
-    return registry
-
-
-def define_gauges(registry: pint.UnitRegistry[Any]) -> None:
-    """Adds the units of gauge pressures to those that pint knows."""
+    registry: pint.UnitRegistry[Any] = pint.UnitRegistry(non_int_type=number)
     for name, size_pa in GAUGES.items():
         registry.define(f"{name} = {size_pa!r} * pascal; offset: {ATMOSPHERE_PA:.0f}")
+    return registry
 
 
 def _parsable(schema_unit: str) -> str:
@@ -159,7 +155,8 @@ def is_unit(unit: object, schema_unit: str) -> bool:
     """Returns whether `unit` is the text of a unit, without a factor, of the same quantity."""
     if not isinstance(unit, str) or not _UNIT_TEXT.fullmatch(unit):
         return False
-    units = _units()  # not below `try`: a pint that cannot be loaded is no unit that is unknown
+    # Not below `try`: a pint that cannot be loaded is no unit that is unknown.
+    units = unit_registry()
     try:
         return bool(units.Unit(unit).is_compatible_with(_parsable(schema_unit)))
     except (
@@ -179,7 +176,7 @@ _BASES = MappingProxyType({"[mass]": "kg", "[length]": "m", "[time]": "s", "[cur
 
 def base_exponents(unit: str) -> dict[str, int]:
     """Returns the exponents of kg, m, s and A in a unit of the values of a rig, such as "N s/m"."""
-    dimensions = dict(_units().Unit(_parsable(unit)).dimensionality)
+    dimensions = dict(unit_registry().Unit(_parsable(unit)).dimensionality)
     return {base: round(float(dimensions[of])) for of, base in _BASES.items() if of in dimensions}  # type: ignore[arg-type]
 
 
@@ -224,7 +221,7 @@ def in_schema_unit(values: FloatArray, unit: str | None, schema_unit: str) -> Fl
     if unit is None:
         return values
     factor, plain = split_factor(unit)
-    quantity = _units().Quantity(values if factor == 1.0 else factor * values, plain)
+    quantity = unit_registry().Quantity(values if factor == 1.0 else factor * values, plain)
     with np.errstate(over="ignore"):  # the record refuses infinite values
         return np.asarray(quantity.to(_parsable(schema_unit)).magnitude, dtype=np.float64)
 

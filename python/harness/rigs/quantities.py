@@ -13,16 +13,10 @@ import math
 import re
 from dataclasses import dataclass
 from decimal import Decimal
-from functools import cache
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any
 
-from ..records.units import define_gauges, is_unit
+from ..records.units import is_unit, unit_registry
 from .checks import LARGEST_SIGMA
-
-if TYPE_CHECKING:
-    import pint
-
 
 _NUMBER = re.compile(r"\s*([+-]?(?:\d+(?:[.,]\d*)?|[.,]\d+)(?:[eE][+-]?\d{1,3})?)\s*(.*?)\s*")
 # Spelling of engineers -> notation of pint.
@@ -54,17 +48,6 @@ class Quantity:
     """Whether the unit was not given, so that the usual one was taken."""
     sigma: float | None = None
     """Relative 1-sigma, if the user gave one."""
-
-
-@cache
-def _registry() -> pint.UnitRegistry[Any]:
-    # pint is imported only where it is needed, as in records. Decimal numbers, because 35 mm are
-    # 0.035 m to the last digit, and not 0.035000000000000003 m.
-    import pint
-
-    registry: pint.UnitRegistry[Any] = pint.UnitRegistry(non_int_type=Decimal)
-    define_gauges(registry)
-    return registry
 
 
 def read_quantity(text: str, option: str, usual: str, si: str) -> Quantity:
@@ -121,7 +104,8 @@ def read_quantity(text: str, option: str, usual: str, si: str) -> Quantity:
                 f"{option} {text!r}: '{written}' does not convert into {si}: expected a number "
                 f"and its unit, such as {example}"
             )
-        value = float(_registry().Quantity(number, unit).to(si).magnitude)
+        # Decimal numbers: 35 mm are 0.035 m to the last digit, and not 0.035000000000000003 m.
+        value = float(unit_registry(Decimal).Quantity(number, unit).to(si).magnitude)
     if not math.isfinite(value):
         raise ValueError(f"{option} {text!r}: expected a finite number, such as {example}")
     return Quantity(value, f"{match[1]} {written}", assumed=not match[2], sigma=sigma)

@@ -40,7 +40,7 @@ from .checks import (
 )
 from .rig import PlantName, Rig, parse_tables
 from .simulator_file import SECTION as SIMULATOR
-from .simulator_file import parse_simulator, simulator_table
+from .simulator_file import flat, parse_simulator, simulator_table
 from .simulator_section import SimulatorSection, full_name, own_name
 
 TABLES = ("uncertainty", "sensors", "effects", "columns", SIMULATOR)
@@ -86,7 +86,7 @@ def parse_rig(text: str, *, source: object = "rig", folder: Path | None = None) 
     if plant in PLANTS:
         problems += check_complete(values, plant)
     problems += check_values(values) + check_relations(values)
-    uncertainty = _flat(_table(document, "uncertainty", problems))
+    uncertainty = flat(_table(document, "uncertainty", problems))
     problems += check_uncertainty(uncertainty, values, plant)
     tables = parse_tables(_effects(document).get("table", {}), plant, problems)
     sensors = _table(document, "sensors", problems)
@@ -187,20 +187,6 @@ def _table(document: Mapping[str, Any], key: str, problems: list[str]) -> dict[s
         problems.append(f"'{key}' = {value_text(table)}: expected a section [{key}]")
         return {}
     return table
-
-
-def _flat(table: Mapping[str, Any], prefix: str = "") -> dict[str, Any]:
-    """Returns nested tables as one table with dotted names.
-
-    Without quotes, TOML reads the key of fluid.bulk_modulus_pa = 0.3 as nested tables.
-    """
-    flat: dict[str, Any] = {}
-    for key, value in table.items():
-        if isinstance(value, dict):
-            flat |= _flat(value, f"{prefix}{key}.")
-        else:
-            flat[prefix + key] = value
-    return flat
 
 
 def _columns(table: Mapping[str, Any], problems: list[str]) -> dict[str, ColumnMap]:

@@ -77,7 +77,7 @@ def parse_simulator(
         "start": _signals("start", tables["start"], (POSITION,), problems),
     }
     _check_signals(signals, tables, program, problems)
-    constants = _numbers("constants", _flat(tables["constants"]), problems)
+    constants = _numbers("constants", flat(tables["constants"]), problems)
     for name in constants:
         problems += program.constant(f"{SECTION}.constants.{name}", name)
     parameters = _parameters(tables["parameters"], program, problems)
@@ -145,13 +145,16 @@ def _table(given: Mapping[str, Any], name: str, problems: list[str]) -> dict[str
     return {}
 
 
-def _flat(table: Mapping[str, Any], prefix: str = "") -> dict[str, Any]:
-    """Returns nested tables as one with dotted names, as unquoted keys with dots are read."""
-    flat: dict[str, Any] = {}
+def flat(table: Mapping[str, Any], prefix: str = "") -> dict[str, Any]:
+    """Returns nested tables as one table with dotted names.
+
+    Without quotes, TOML reads the key of fluid.bulk_modulus_pa = 0.3 as nested tables.
+    """
+    made: dict[str, Any] = {}
     for key, value in table.items():
         name = prefix + key
-        flat |= _flat(value, f"{name}.") if isinstance(value, dict) else {name: value}
-    return flat
+        made |= flat(value, f"{name}.") if isinstance(value, dict) else {name: value}
+    return made
 
 
 def _number(given: Mapping[str, Any], key: str, problems: list[str]) -> float | None:

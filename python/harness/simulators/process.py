@@ -25,6 +25,7 @@ from typing import Any
 import numpy as np
 
 from ..base.numbers import FloatArray
+from ..base.parallel import end_with
 from ..records.errors import Limit
 from ..rigs.simulator_section import SimulatorSection
 from .around import Around, Told, run_around
@@ -37,7 +38,6 @@ RUN_S = Limit("EHSID_MAX_SIMULATOR_S", 300, "seconds")
 MEMORY = Limit("EHSID_MAX_SIMULATOR_BYTES", 4 * 2**30, "bytes")
 # Until the process has loaded Python's packages and the simulator.
 START_S = 60.0
-WATCH_S = 1.0
 
 
 @dataclass(frozen=True)
@@ -187,17 +187,6 @@ def _limit_memory() -> None:
         resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
 
 
-def _end_with(parent: int) -> None:
-    """Ends this process when its parent has ended, also while a run hangs."""
-
-    def watch() -> None:
-        while os.getppid() == parent:
-            time.sleep(WATCH_S)
-        os._exit(1)
-
-    threading.Thread(target=watch, daemon=True).start()
-
-
 def _serve(connection: Connection[Any, Any]) -> None:
     """Answers until the other end closes."""
     sys.path[:], section, folder = connection.recv()
@@ -227,7 +216,7 @@ def _answer(opened: Opened, told: Told, around: Around) -> FloatArray | Failed |
 
 def main() -> None:
     """Entry of the process: its argument is where the other end listens."""
-    _end_with(os.getppid())
+    end_with(os.getppid())
     key = bytes.fromhex(sys.stdin.readline().strip())
     _limit_memory()
     with contextlib.suppress(EOFError, ConnectionError, KeyboardInterrupt):

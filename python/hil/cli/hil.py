@@ -19,6 +19,7 @@ from ehsid.harness.cli.console import Console
 from ehsid.harness.cli.options import (
     AsJson,
     Delay,
+    ForServo,
     HilLoop,
     PastInputs,
     PastOutputs,
@@ -72,14 +73,7 @@ def hil_command(
     bandwidth: Annotated[
         float | None, typer.Option(help="of the position loop, Hz; default at most 2")
     ] = None,
-    servo: Annotated[
-        bool,
-        typer.Option(
-            "--servo",
-            help="ServoEstimator, for K, omega_n and xi, in place of an ARX model; --setting then "
-            "takes delay, drift and tolerance",
-        ),
-    ] = False,
+    servo: ForServo = False,
     retune: Annotated[
         bool, typer.Option("--retune/--no-retune", help="let the gain follow the estimate")
     ] = True,

@@ -178,7 +178,7 @@ def test_a_pint_that_cannot_be_loaded_is_no_unknown_unit(monkeypatch: pytest.Mon
     def broken() -> object:
         raise TypeError("cannot inherit frozen dataclass from a non-frozen one")
 
-    monkeypatch.setattr("ehsid.harness.records.units._units", broken)
+    monkeypatch.setattr("ehsid.harness.records.units.unit_registry", broken)
     with pytest.raises(TypeError, match="frozen"):
         is_convertible("mm", "m")
 

@@ -97,32 +97,30 @@ def calibration_parameters(
     """
     if rig.simulator is not None:
         return (*_of_simulator(rig), *_nuisances(rig, pressures))
-    parameters = []
+    parameters, known = [], plant_parameters()
     for name, value in rig.values.items():
-        info, sigma = plant_parameters()[name], rig.sigma(name)
         key = ParameterKey(name)
-        if info.held or value == 0.0 or key.is_nuisance or key.is_initial:
+        if known[name].held or value == 0.0 or key.is_nuisance or key.is_initial:
             continue
-        if value > 0.0:
-            centre = math.log(value)
-            reach = MOST_SIGMAS * sigma
-            high = min(centre + reach, _log_within(info.maximum))
-            low = (
-                max(centre - reach, _log_above(info.minimum))
-                if info.minimum > 0
-                else centre - reach
-            )
-            parameters.append(Parameter(name, True, centre, sigma, low, high))
-        else:
-            std = sigma * abs(value)
-            low = max(value - MOST_SIGMAS * std, info.minimum)
-            parameters.append(Parameter(name, False, value, std, low, value + MOST_SIGMAS * std))
-    known = plant_parameters()
+        parameters.append(_of_plant(name, value, rig.sigma(name)))
     nuisances = _nuisances(rig, pressures)
     return (
         *parameters,
         *(p for p in nuisances if pressures or unseen or not known[p.name].by_pressures),
     )
+
+
+def _of_plant(name: str, value: float, sigma: float) -> Parameter:
+    """A value of the plant, not zero, with its relative 1-sigma, within what the plant takes."""
+    info = plant_parameters()[name]
+    if value > 0.0:
+        centre, reach = math.log(value), MOST_SIGMAS * sigma
+        high = min(centre + reach, _log_within(info.maximum))
+        low = max(centre - reach, _log_above(info.minimum)) if info.minimum > 0 else centre - reach
+        return Parameter(name, True, centre, sigma, low, high)
+    std = sigma * abs(value)
+    low = max(value - MOST_SIGMAS * std, info.minimum)
+    return Parameter(name, False, value, std, low, value + MOST_SIGMAS * std)
 
 
 def _of_simulator(rig: Rig) -> Iterator[Parameter]:
@@ -136,17 +134,7 @@ def _of_simulator(rig: Rig) -> Iterator[Parameter]:
             reach = MOST_SIGMAS * told.sigma
             yield Parameter(name, told.log, centre, told.sigma, centre - reach, centre + reach)
         elif key.effect is not None and value != 0.0:
-            info, sigma = plant_parameters()[name], rig.sigma(name)
-            if value > 0.0:
-                low = max(
-                    math.log(value) - MOST_SIGMAS * sigma, _log_above(max(info.minimum, 1e-300))
-                )
-                high = min(math.log(value) + MOST_SIGMAS * sigma, _log_within(info.maximum))
-                yield Parameter(name, True, math.log(value), sigma, low, high)
-            else:
-                std = sigma * abs(value)
-                low = max(value - MOST_SIGMAS * std, info.minimum)
-                yield Parameter(name, False, value, std, low, value + MOST_SIGMAS * std)
+            yield _of_plant(name, value, rig.sigma(name))
 
 
 def _log_within(maximum: float) -> float:

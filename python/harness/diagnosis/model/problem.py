@@ -364,11 +364,15 @@ class Problem:
                 for record, signals in zip(self.records, disturbances, strict=True)
             ]
         )
+        return self._slopes([partials for _, partials in runs])
+
+    def _slopes(self, partials: Sequence[Mapping[str, FloatArray]]) -> dict[str, FloatArray]:
+        """Derivatives of the coefficients by output, from those of the samples of each record."""
         return {
             name: self.spectrum.transform(
                 [
-                    record.inside(partials[name])
-                    for record, (_, partials) in zip(self.records, runs, strict=True)
+                    record.inside(of_record[name])
+                    for record, of_record in zip(self.records, partials, strict=True)
                 ],
                 differences=name == CENTRED,
             )
@@ -389,16 +393,7 @@ class Problem:
         scale = np.array([self.parameters[index].slope(float(x[index])) for index in own])
         # The sensitivities of a simulation that diverges overflow. No step is taken then.
         with np.errstate(over="ignore", invalid="ignore"):
-            slopes = {
-                name: self.spectrum.transform(
-                    [
-                        record.inside(partials[name])
-                        for record, (_, partials) in zip(self.records, runs, strict=True)
-                    ],
-                    differences=name == CENTRED,
-                )
-                for name in self.outputs
-            }
+            slopes = self._slopes([partials for _, partials in runs])
             for name, by_values in slopes.items():
                 by_parameters = scale * by_values[:, : len(own)]
                 if of_laws:
