@@ -9,14 +9,8 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from served_workbench import Served, found_browser
-
-# As root in a container, and without the browser's own requests to its maker.
-OPTIONS = [
-    "--no-sandbox", "--disable-gpu", "--disable-dev-shm-usage", "--no-first-run",
-    "--disable-background-networking", "--disable-component-update", "--disable-sync",
-]  # fmt: skip
-
+from browsers import launched_browser, sound_page
+from served_workbench import Served
 
 # The journeys of every day: from a log to the verdict, a run of the Live page, and who is served.
 # All others come with `script/test --all`.
@@ -45,16 +39,8 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
 @pytest.fixture(scope="session")
 def browser() -> Iterator[Any]:
     pytest.importorskip("panel", reason="the extra app is not installed")
-    playwright = pytest.importorskip(
-        "playwright.sync_api", reason="the extra browser is not installed"
-    )
-    path = found_browser()
-    if path is None:
-        pytest.skip("there is no Chromium: apt-get install chromium-headless-shell")
-    with playwright.sync_playwright() as running:
-        made = running.chromium.launch(executable_path=path, args=OPTIONS)
+    with launched_browser() as made:
         yield made
-        made.close()
 
 
 @pytest.fixture(scope="session")
@@ -82,17 +68,13 @@ def served(workbenches: list[Served], tmp_path_factory: pytest.TempPathFactory) 
 @pytest.fixture
 def page(served: Served, browser: Any) -> Iterator[Any]:
     """A page of the workbench; it fetches nothing from elsewhere, and no script of it fails."""
-    context = browser.new_context(viewport={"width": 1400, "height": 900})
-    made = context.new_page()
-    made.set_default_timeout(60_000)
-    problems: list[str] = []
-    made.on("pageerror", lambda error: problems.append(str(error)))
-    made.on("request", lambda request: problems.extend(_elsewhere(request.url, served.root)))
-    made.goto(served.address)
-    made.get_by_text("Drop logs here").wait_for()
-    yield made
-    context.close()
-    assert problems == []
+    foreign: list[str] = []
+    with sound_page(browser) as made:
+        made.on("request", lambda request: foreign.extend(_elsewhere(request.url, served.root)))
+        made.goto(served.address)
+        made.get_by_text("Drop logs here").wait_for()
+        yield made
+    assert foreign == []
 
 
 def _elsewhere(url: str, root: str) -> list[str]:

@@ -18,6 +18,7 @@ from typing import Any
 import numpy as np
 import pytest
 from app_sessions import ANSWERS, BENCH, german_log
+from browsers import press, see
 from log_files import write_excel, write_mat_structure, write_mf4
 from page_checks import SCROLLS
 from playwright import sync_api as playwright
@@ -28,16 +29,8 @@ from ehsid.harness.rigs.questions import QUESTIONS
 from ehsid.workbench.session import Session
 
 
-def press(page: Any, name: str) -> None:
-    page.get_by_role("button", name=name).click()
-
-
 def drop(page: Any, *files: Path) -> None:
     page.locator("input[type=file]").set_input_files([str(file) for file in files])
-
-
-def see(page: Any, text: str | re.Pattern[str]) -> None:
-    page.get_by_text(text).first.wait_for()
 
 
 def fill_rig(page: Any, answers: dict[str, str] = ANSWERS) -> None:

@@ -3,18 +3,14 @@
 
 from __future__ import annotations
 
-from datetime import UTC, datetime, timedelta
 from pathlib import Path
 from typing import Any
 from urllib.error import HTTPError
 from urllib.request import urlopen
 
 import pytest
-from made_diagnoses import bench, measured_record
+from dated_logs import write_machine
 from made_history import made_history
-
-from ehsid.harness.records import write_record
-from ehsid.harness.rigs import write_rig
 
 COUNT = 3
 
@@ -34,13 +30,7 @@ def fill(page: Any, field: str, text: object) -> None:
 
 
 def test_logs_become_a_history_that_is_found_again(history: Any, tmp_path: Path) -> None:
-    logs = tmp_path / "press7"
-    logs.mkdir()
-    write_rig(bench(), logs / "rig.toml")
-    for week in range(COUNT):  # too short to be fitted, which is told in a moment
-        date = datetime(2026, 1, 5, tzinfo=UTC) + timedelta(weeks=week)
-        record = measured_record("record", 1, seconds=1.0, dt_s=5e-3)
-        write_record(record, logs / f"{date:%Y-%m-%d}.csv")
+    logs = write_machine(tmp_path / "press7", COUNT)  # it is told in a moment why none is fitted
     fill(history, "folder of dated logs", logs)
     history.get_by_role("button", name="Fit the new logs").click()
     words = f"{COUNT} of {COUNT} new logs fitted and kept."

@@ -16,6 +16,7 @@ from typing import Any
 
 import hil_firmware
 import pytest
+from browsers import see, sound_page
 from estimating_target import EstimatingTarget
 from hil_target import FakeDevice
 from served_workbench import Served, children, found_browser
@@ -38,24 +39,18 @@ def live(tmp_path_factory: pytest.TempPathFactory, browser: Any) -> Iterator[Ser
 
 @pytest.fixture
 def page(live: Served, browser: Any) -> Iterator[Any]:
-    context = browser.new_context(viewport={"width": 1400, "height": 900})
-    made = context.new_page()
-    made.set_default_timeout(30_000)
-    problems: list[str] = []
-    made.on("pageerror", lambda error: problems.append(str(error)))
-    made.goto(live.address)
-    made.get_by_role("link", name="Live", exact=True).click()
-    made.get_by_role("heading", name="Live", level=1).wait_for()
-    yield made
-    stop = made.get_by_role("button", name="Stop")
-    with suppress(Error):  # the run ends by itself where its target has gone before
-        if stop.is_visible():
-            stop.click(timeout=2_000)
-    made.get_by_role("button", name="Start", exact=True).or_(
-        made.get_by_role("heading", name="Load", level=1)
-    ).wait_for()
-    context.close()
-    assert problems == []
+    with sound_page(browser, 30_000) as made:
+        made.goto(live.address)
+        made.get_by_role("link", name="Live", exact=True).click()
+        made.get_by_role("heading", name="Live", level=1).wait_for()
+        yield made
+        stop = made.get_by_role("button", name="Stop")
+        with suppress(Error):  # the run ends by itself where its target has gone before
+            if stop.is_visible():
+                stop.click(timeout=2_000)
+        made.get_by_role("button", name="Start", exact=True).or_(
+            made.get_by_role("heading", name="Load", level=1)
+        ).wait_for()
 
 
 @pytest.fixture
@@ -66,10 +61,6 @@ def target() -> Iterator[Relay]:
 
 def press(page: Any, name: str) -> None:
     page.get_by_role("button", name=name, exact=True).click()
-
-
-def see(page: Any, text: str | re.Pattern[str]) -> None:
-    page.get_by_text(text).first.wait_for()
 
 
 def ordinary(page: Any, seconds: str = "200") -> None:

@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 import pytest
 from app_sessions import BENCH, german_log, read_session
+from browsers import press, see, sound_page
 from page_checks import SCROLLS
 from served_workbench import Served, children
 
@@ -54,31 +55,17 @@ def machine(served: Served) -> Session:
 
 @pytest.fixture
 def page(served: Served, browser: Any, machine: Session) -> Iterator[Any]:
-    context = browser.new_context(viewport={"width": 1400, "height": 900})
-    made = context.new_page()
-    made.set_default_timeout(60_000)
-    problems: list[str] = []
-    made.on("pageerror", lambda error: problems.append(str(error)))
-    made.goto(served.address)
-    made.get_by_role("link", name="colours").wait_for()
-    reach(made, served, machine)
-    yield made
-    context.close()
-    assert problems == []
+    with sound_page(browser) as made:
+        made.goto(served.address)
+        made.get_by_role("link", name="colours").wait_for()
+        reach(made, served, machine)
+        yield made
     assert not (machine.folder / "errors.log").exists()
 
 
 def reach(page: Any, served: Served, machine: Session, step: str = "model") -> None:
     page.goto(f"{served.root}/?theme=light&session={machine.name}&step={step}")
     page.get_by_role("heading", name=step.capitalize(), level=1).wait_for()
-
-
-def press(page: Any, name: str) -> None:
-    page.get_by_role("button", name=name).click()
-
-
-def see(page: Any, text: str | re.Pattern[str]) -> None:
-    page.get_by_text(text).first.wait_for()
 
 
 def fill(page: Any, label: str, text: str) -> None:

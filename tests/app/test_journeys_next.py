@@ -11,18 +11,11 @@ from typing import Any
 import pytest
 from app_diagnosed import diagnosed_session
 from app_sessions import BENCH
+from browsers import press, see
 from page_checks import SCROLLS
 from playwright.sync_api import expect
 
 from ehsid.workbench.session import Session
-
-
-def press(page: Any, name: str) -> None:
-    page.get_by_role("button", name=name).click()
-
-
-def see(page: Any, text: str | re.Pattern[str]) -> None:
-    page.get_by_text(text).first.wait_for()
 
 
 @pytest.fixture

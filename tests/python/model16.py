@@ -32,6 +32,18 @@ def signals(seed: int, n: int, noise: float = 0.1) -> tuple[FloatArray, FloatArr
     return u, output(u, noise * rng.normal(size=n))
 
 
+def changing(seed: int, n: int, changes: dict[int, float], noise: float) -> tuple[FloatArray, ...]:
+    """Input and output of model (16) whose b is multiplied at the given samples."""
+    rng = np.random.default_rng(seed)
+    u, gain = rng.choice([-1.0, 1.0], size=n), np.ones(n)
+    for start, factor in changes.items():
+        gain[start:] *= factor
+    # The output equation takes gain(k) b: gain u delayed by one sample would change b piecemeal.
+    past = np.lib.stride_tricks.sliding_window_view(np.pad(u, (3, 0)), 3)[:n, ::-1]
+    equation = gain * (past @ B) + noise * rng.normal(size=n)
+    return u, output(np.zeros(n), equation)
+
+
 def regressors(
     u: FloatArray, y: FloatArray, na: int = 3, nb: int = 3, nk: int = 1, offset: bool = False
 ) -> tuple[FloatArray, FloatArray]:

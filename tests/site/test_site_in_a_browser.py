@@ -69,19 +69,10 @@ BEYOND = """() => [...document.querySelectorAll(
 
 @pytest.fixture(scope="module")
 def browser() -> Iterator[Any]:
-    from served_workbench import found_browser
+    from browsers import launched_browser
 
-    playwright = pytest.importorskip(
-        "playwright.sync_api", reason="the extra browser is not installed"
-    )
-    path = found_browser()
-    if path is None:
-        pytest.skip("there is no Chromium: apt-get install chromium-headless-shell")
-    with playwright.sync_playwright() as running:
-        options = ["--no-sandbox", "--disable-gpu", "--disable-dev-shm-usage"]
-        made = running.chromium.launch(executable_path=path, args=options)
+    with launched_browser() as made:
         yield made
-        made.close()
 
 
 @pytest.fixture

@@ -3,15 +3,14 @@
 
 from __future__ import annotations
 
-from datetime import UTC, datetime, timedelta
 from pathlib import Path
 
 import pytest
-from made_diagnoses import bench, measured_record
+from dated_logs import write_machine
 
 import ehsid
-from ehsid.harness.records import Record, write_record
-from ehsid.harness.rigs import Rig, write_rig
+from ehsid.harness.records import Record
+from ehsid.harness.rigs import Rig
 from ehsid.harness.watch import watching
 from ehsid.harness.watch.store import FILE
 from ehsid.harness.watch.tracking import Estimated, Told
@@ -29,14 +28,7 @@ def leaks_more_from_week_12_on(record: Record, rig: Rig, effects: tuple[str, ...
 @pytest.fixture
 def machine(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     monkeypatch.setattr(watching, "estimated", leaks_more_from_week_12_on)
-    folder = tmp_path / "press7"
-    folder.mkdir()
-    write_rig(bench(), folder / "rig.toml")
-    record = measured_record("record", 1, seconds=1.0, dt_s=5e-3)
-    for week in range(WEEKS):
-        date = datetime(2026, 1, 5, tzinfo=UTC) + timedelta(weeks=week)
-        write_record(record, folder / f"{date:%Y-%m-%d}-{week}.csv")
-    return folder
+    return write_machine(tmp_path / "press7", WEEKS)
 
 
 def test_a_history_is_told_drawn_saved_and_a_frame(machine: Path, tmp_path: Path) -> None:

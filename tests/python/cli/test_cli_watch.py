@@ -5,18 +5,17 @@ from __future__ import annotations
 
 import json
 import re
-from datetime import UTC, datetime, timedelta
 from pathlib import Path
 
 import numpy as np
 import pytest
-from made_diagnoses import bench, measured_record
+from dated_logs import write_log, write_machine
 from offline_pages import read
 from typer.testing import CliRunner
 
 from ehsid.harness.cli import cli
-from ehsid.harness.records import Record, write_record
-from ehsid.harness.rigs import Rig, write_rig
+from ehsid.harness.records import Record
+from ehsid.harness.rigs import Rig
 from ehsid.harness.watch import watching
 from ehsid.harness.watch.tracking import Estimated, Told
 
@@ -43,18 +42,7 @@ def machine(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(watching, "estimated", stand_in)
     fitted.clear()
-    folder = tmp_path / "press7"
-    folder.mkdir()
-    write_rig(bench(), folder / "rig.toml")
-    for week in range(COUNT):
-        add(folder, week)
-    return folder
-
-
-def add(folder: Path, week: int) -> None:
-    date = datetime(2026, 1, 5, tzinfo=UTC) + timedelta(weeks=week)
-    record = measured_record("record", 1, seconds=1.0, dt_s=5e-3)
-    write_record(record, folder / f"{date:%Y-%m-%d}-{week}.csv")
+    return write_machine(tmp_path / "press7", COUNT)
 
 
 def run(*words: str) -> tuple[int, str]:
@@ -78,7 +66,7 @@ def test_a_change_has_a_date_and_new_logs_alone_are_fitted(machine: Path) -> Non
     assert re.search(r"rose by 1\.[12]\d* l/min at 100 bar", page.replace("\u00a0", " "))
     assert not [link for link in read(page).found if "://" in link]
     # A log that is there is not fitted again; one that changed and a new one are.
-    add(machine, COUNT)
+    write_log(machine, COUNT)
     first = min(machine.glob("*.csv"))
     first.write_text(first.read_text() + "\n")
     code, _ = run("press7", "--fail-on", "change")

@@ -60,18 +60,6 @@ class Detector:
         return True
 
 
-def changing(seed: int, n: int, changes: dict[int, float], noise: float) -> tuple[FloatArray, ...]:
-    """Input and output of model (16) whose b is multiplied at the given samples."""
-    rng = np.random.default_rng(seed)
-    u, gain = rng.choice([-1.0, 1.0], size=n), np.ones(n)
-    for start, factor in changes.items():
-        gain[start:] *= factor
-    # The output equation takes gain(k) b: gain u delayed by one sample would change b piecemeal.
-    past = np.lib.stride_tricks.sliding_window_view(np.pad(u, (3, 0)), 3)[:n, ::-1]
-    equation = gain * (past @ model16.B) + noise * rng.normal(size=n)
-    return u, model16.output(np.zeros(n), equation)
-
-
 @pytest.mark.slow
 @given(
     short=st.floats(1.0, 20.0),
@@ -92,7 +80,7 @@ def test_alarms_are_those_of_the_definition(
     seed: int,
 ) -> None:
     n = 1200
-    u, y = changing(seed, n, {500: 1.5, 600: 0.5, 1000: -2.0}, 0.02)
+    u, y = model16.changing(seed, n, {500: 1.5, 600: 0.5, 1000: -2.0}, 0.02)
     settings_ = (short, long, trigger, release, cool_down, floor)
     names = ("short_window", "long_window", "trigger_ratio", "release_ratio", "cool_down", "floor")
     estimator = ehsid.ArxEstimator(
@@ -122,7 +110,7 @@ def test_alarms_are_those_of_the_definition(
 
 
 def test_reset_keeps_theta_and_restarts_the_rest() -> None:
-    u, y = (x.astype(np.float32) for x in changing(1, 700, {500: 1.5}, 1e-3))
+    u, y = (x.astype(np.float32) for x in model16.changing(1, 700, {500: 1.5}, 1e-3))
     with_reset = ehsid.ArxEstimator(3, 3, 1)
     without = ehsid.ArxEstimator(3, 3, 1, reset=None)
     path, plain = with_reset.run(u, y), without.run(u, y)
@@ -173,7 +161,7 @@ def test_the_estimate_is_back_after_each_change(name: str) -> None:
     changes = {1000: 1.5, 2000: 0.5, 3000: 2.0}
     alarms = []
     for seed in range(10):
-        u, y = changing(seed, 4000, changes, 1e-3)
+        u, y = model16.changing(seed, 4000, changes, 1e-3)
         path = ehsid.ArxEstimator(3, 3, 1, forgetting=policies.PAIRS[name].compiled).run(u, y)
         alarms.append(np.flatnonzero(path.status == Status.reset))
         gain = 1.0

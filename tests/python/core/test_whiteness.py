@@ -159,23 +159,12 @@ def test_covariance_and_deviations_say_the_same_of_the_residuals(noise: str) -> 
     np.testing.assert_allclose(told, enlarged * unscaled, rtol=1e-5)
 
 
-def changed(n: int, seed: int) -> tuple[FloatArray, FloatArray]:
-    """Model (16) with little white noise; from the middle on b is half as large again."""
-    rng = np.random.default_rng(seed)
-    u = rng.choice([-1.0, 1.0], size=n)
-    e = 0.01 * rng.normal(size=n)
-    equation = np.convolve(u, np.concatenate(([0.0], model16.B)))[:n]
-    equation[n // 2 :] *= 1.5
-    y = scipy.signal.lfilter([1.0], np.concatenate(([1.0], model16.A)), equation + e)
-    return u, np.asarray(y)
-
-
 def test_a_change_of_the_plant_with_a_reset_is_no_lasting_alarm() -> None:
     """20 runs of 4,000 samples: at most 3 end in an alarm, of which 2 % of all runs may be."""
     white = 0
     for seed in range(20):
         servo = ehsid.ArxEstimator(3, 3, 1)
-        servo.run(*changed(4000, seed))
+        servo.run(*model16.changing(seed, 4000, {2000: 1.5}, 0.01))
         assert servo.resets >= 1
         assert servo.converged == servo.residuals_white
         white += servo.residuals_white

@@ -1,14 +1,13 @@
 # SPDX-License-Identifier: MIT
-import re
 from dataclasses import replace
 from functools import cache
-from html.parser import HTMLParser
 from typing import Any
 
 import numpy as np
 import pytest
 from made_diagnoses import VERDICTS, made_diagnosis
 from msgspec.structs import replace as replace_part
+from offline_pages import read
 
 from ehsid.harness.diagnosis.result import HeldOutRun
 from ehsid.harness.diagnosis.schema import Estimate, Remark, Value
@@ -24,43 +23,12 @@ RECORDS = [
 ]
 
 
-class Reader(HTMLParser):
-    """Words outside of scripts and styles, what a browser would fetch, and how the tags nest."""
-
-    VOID = frozenset({"meta", "br", "img"})
-
-    def __init__(self) -> None:
-        super().__init__()
-        self.fetched: list[str] = []
-        self.targets: list[str] = []
-        self.ids: list[str] = []
-        self.open: list[str] = []
-        self.text: list[str] = []
-
-    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
-        told = dict(attrs)
-        assert tag not in {"link", "iframe"}
-        sources = [told[name] or "" for name in ("src", "srcset") if name in told]
-        self.fetched += [one for one in sources if not one.startswith("data:image/svg+xml;base64,")]
-        self.targets += [told["href"] or ""] if "href" in told else []
-        self.ids += [told["id"] or ""] if "id" in told else []
-        if tag not in self.VOID:
-            self.open.append(tag)
-
-    def handle_endtag(self, tag: str) -> None:
-        assert self.open.pop() == tag
-
-    def handle_data(self, data: str) -> None:
-        if not {"script", "style"} & set(self.open):
-            self.text.append(data)
-
-
 @pytest.mark.slow
 def test_the_page_has_what_was_taken_for_what_in_a_log() -> None:
     taken = Taken("position_m", "<b>Stroke</b> [mm]", "mm", 1e-3, 0.0, "by its name")
     origin = Origin("text, columns separated by ';'", (taken,), ("a remark of its own",))
     lines = [replace(RECORDS[0], origin=origin), RECORDS[1]]
-    _, text = read(render_diagnosis(made_diagnosis("effects"), lines, "bench.toml"))
+    text = text_of(render_diagnosis(made_diagnosis("effects"), lines, "bench.toml"))
     assert "How the log fit was read" in text
     assert "The file was read as text, columns separated by ';'." in text
     assert "<b>Stroke</b> [mm]" in text  # as text, not as markup
@@ -73,12 +41,8 @@ def page_of(verdict: Any) -> str:
     return render_diagnosis(made_diagnosis(verdict), RECORDS, "bench.toml")
 
 
-def read(page: str) -> tuple[Reader, str]:
-    reader = Reader()
-    reader.feed(page)
-    reader.close()
-    assert reader.open == []
-    return reader, re.sub(r"\s+", " ", " ".join(reader.text))
+def text_of(page: str) -> str:
+    return " ".join(" ".join(read(page).words).split())
 
 
 @pytest.mark.slow
@@ -93,8 +57,8 @@ def read(page: str) -> tuple[Reader, str]:
 )
 def test_page_is_whole_and_says_the_verdict_first(verdict: Any) -> None:
     diagnosis = made_diagnosis(verdict)
-    reader, text = read(page_of(verdict))
-    assert reader.fetched == []
+    reader, text = read(page_of(verdict)), text_of(page_of(verdict))
+    assert all(one.startswith("data:image/svg+xml;base64,") for one in reader.sources)
     assert all(target.startswith("#") for target in reader.targets)
     assert {target[1:] for target in reader.targets} <= set(reader.ids)
     assert text.index(diagnosis.sentence) < 300
@@ -110,7 +74,7 @@ def test_page_is_whole_and_says_the_verdict_first(verdict: Any) -> None:
 
 
 def test_the_answers_stand_in_the_order_of_the_questions_and_before_the_plots() -> None:
-    _, text = read(page_of("effects"))
+    text = text_of(page_of("effects"))
     words = (
         "Pressure A in held-out data, over the 2 s in which the gap shows most. On all held-out "
         "data its gap is 20 % before and 2.8",
@@ -146,12 +110,12 @@ def test_the_ids_of_effects_and_values_appear_on_hovering() -> None:
         ("viscous friction of the load", "load.viscous_friction_n_s_m: force over speed"),
     ):
         assert f'<span title="{hint}">{words}</span>' in page
-    _, text = read(page)
+    text = text_of(page)
     assert "coulomb_friction" not in text
 
 
 def test_page_shows_what_was_found() -> None:
-    _, text = read(page_of("effects"))
+    text = text_of(page_of("effects"))
     for words in (
         "Coulomb friction",
         "412 N",
@@ -187,7 +151,7 @@ def test_a_gap_that_became_larger_is_called_larger() -> None:
     for value, word in ((0.11, "smaller"), (-0.11, "larger")):
         change = Estimate(value, value - 0.05, value + 0.05)
         gap = replace_part(diagnosis.how_far, shrinkage_from_nominal=Value.of(change))
-        _, text = read(render_diagnosis(replace(diagnosis, how_far=gap), RECORDS, "bench.toml"))
+        text = text_of(render_diagnosis(replace(diagnosis, how_far=gap), RECORDS, "bench.toml"))
         assert f"11 % {word} than the gap of the simulator as configured" in text
         assert "interval: 6 to 16" in text
         assert f"is {word} by 11" in text
@@ -195,7 +159,7 @@ def test_a_gap_that_became_larger_is_called_larger() -> None:
 
 @pytest.mark.slow
 def test_next_experiment_comes_with_the_command_to_run() -> None:
-    _, text = read(page_of("ambiguous"))
+    text = text_of(page_of("ambiguous"))
     assert "Slow triangle, 3 mm/s, 4 reversals." in text
     assert "separate Coulomb friction from Stribeck friction" in text
     again = (
@@ -211,7 +175,7 @@ def test_words_of_others_cannot_break_the_page() -> None:
     diagnosis = made_diagnosis("effects")
     run = replace(diagnosis.runs[0], record=bad)
     diagnosis = replace(diagnosis, sentence=bad, remarks=(Remark(bad, bad),), runs=(run,))
-    _, text = read(render_diagnosis(diagnosis, RECORDS, "bench.toml"))
+    text = text_of(render_diagnosis(diagnosis, RECORDS, "bench.toml"))
     assert text.count(bad) >= 4
 
 

@@ -6,17 +6,17 @@ from __future__ import annotations
 import os
 import signal
 import time
-from datetime import UTC, datetime, timedelta
 from pathlib import Path
 
 import pytest
-from made_diagnoses import bench, measured_record
+from dated_logs import write_machine
+from made_diagnoses import measured_record
 from typer.testing import CliRunner
 
 from ehsid.harness.base.parallel import workers
 from ehsid.harness.cli import cli
 from ehsid.harness.records import Record, write_record
-from ehsid.harness.rigs import Rig, write_rig
+from ehsid.harness.rigs import Rig
 from ehsid.harness.watch.store import FILE, opened
 from ehsid.harness.watch.watching import (
     KILLED,
@@ -53,14 +53,7 @@ def killing_read_once(path: Path, rig: Rig) -> Record:
 
 @pytest.fixture
 def machine(tmp_path: Path) -> Path:
-    folder = tmp_path / "press7"
-    folder.mkdir()
-    write_rig(bench(), folder / "rig.toml")
-    record = measured_record("record", 1, seconds=1.0, dt_s=5e-3)
-    for week in range(COUNT):
-        date = datetime(2026, 1, 5, tzinfo=UTC) + timedelta(weeks=week)
-        write_record(record, folder / f"{date:%Y-%m-%d}-{week}.csv")
-    return folder
+    return write_machine(tmp_path / "press7", COUNT)
 
 
 def fit_all(folder: Path, read: Read = killing_read) -> dict[str, str]:

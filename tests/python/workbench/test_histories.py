@@ -7,16 +7,16 @@ import multiprocessing
 import shutil
 import threading
 from collections.abc import Iterator
-from datetime import UTC, datetime, timedelta
 from pathlib import Path
 
 import pytest
 from app_diagnosed import diagnosed_session
-from made_diagnoses import bench, measured_record
+from dated_logs import write_machine
+from made_diagnoses import bench
 from made_history import made_history
 
 from ehsid.harness.base.parallel import workers
-from ehsid.harness.records import Record, write_record
+from ehsid.harness.records import Record
 from ehsid.harness.rigs import Rig, write_rig
 from ehsid.harness.watch import watching
 from ehsid.harness.watch.store import FILE, opened
@@ -42,14 +42,7 @@ def histories(tmp_path: Path) -> Iterator[Histories]:
 @pytest.fixture
 def logs(tmp_path: Path) -> Path:
     """Logs that are too short to be fitted, which is told in a moment."""
-    folder = tmp_path / "press7"
-    folder.mkdir()
-    write_rig(bench(), folder / "rig.toml")
-    for week in range(COUNT):
-        date = datetime(2026, 1, 5, tzinfo=UTC) + timedelta(weeks=week)
-        record = measured_record("record", 1, seconds=1.0, dt_s=5e-3)
-        write_record(record, folder / f"{date:%Y-%m-%d}.csv")
-    return folder
+    return write_machine(tmp_path / "press7", COUNT)
 
 
 @pytest.mark.slow
@@ -109,11 +102,11 @@ def test_a_stop_keeps_what_is_fitted_and_tells_it(
         history_task(logs, None, None, out, stop, report=report)
     assert len(fitted) == 2
     words = "2 of 4 new logs fitted and kept"
-    assert said[1] == (0.5, f"{words}; the last one was 2026-01-12.csv")
+    assert said[1] == (0.5, f"{words}; the last one was 2026-01-12-1.csv")
     assert said[-1] == (1.0, f"Stopped: {words}; a new start goes on with the others.")
     assert (out / PAGE).is_file()
     with opened(out / FILE) as history:
-        assert set(history.settings("press7")) == {"2026-01-05.csv", "2026-01-12.csv"}
+        assert set(history.settings("press7")) == {"2026-01-05-0.csv", "2026-01-12-1.csv"}
 
 
 def test_rig_and_columns_may_be_those_of_a_machine(
