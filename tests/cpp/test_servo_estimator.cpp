@@ -218,6 +218,12 @@ struct OpenLoop {
     const double shorter = std::abs(command) - dead_band;
     servo.advance(shorter > 0.0 ? std::copysign(shorter, command) : 0.0, dt);
   }
+
+  void steps(unsigned count, bool held = false) {
+    for (unsigned k = 0; k < count; ++k) {
+      step(held);
+    }
+  }
   double gain() const { return static_cast<double>(estimator.servo().gain.value); }
 };
 
@@ -227,17 +233,11 @@ TEST(ServoEstimator, AServoThatIsHeldWhileACommandActsTeachesNothing) {
   for (unsigned seed = 1; seed <= 20; ++seed) {
     OpenLoop loop;
     loop.configure(seed);
-    for (unsigned k = 0; k < 2000 + seed; ++k) {  // the hold begins at any place of a block
-      loop.step();
-    }
+    loop.steps(2000 + seed);  // the hold begins at any place of a block
     const double before = loop.gain();
-    for (int k = 0; k < 200; ++k) {
-      loop.step(true);
-    }
+    loop.steps(200, true);
     const bool in_hold = loop.estimator.resting() && std::abs(loop.gain() - before) < 0.02 * before;
-    for (int k = 0; k < 200; ++k) {
-      loop.step();
-    }
+    loop.steps(200);
     const bool behind_it = std::abs(loop.gain() - loop.servo.gain) < 0.05 * loop.servo.gain;
     kept += in_hold && behind_it && loop.estimator.resets() == 0 ? 1 : 0;
   }
@@ -254,20 +254,14 @@ TEST(ServoEstimator, AValveInItsDeadBandTeachesNothing) {
     loop.null = 0.25;
     loop.dead_band = 0.3;
     loop.configure(seed);
-    for (unsigned k = 0; k < 2000 + seed; ++k) {
-      loop.step();
-    }
+    loop.steps(2000 + seed);
     const double before = loop.gain();
     loop.zero = true;
-    for (int k = 0; k < 200; ++k) {
-      loop.step();
-    }
+    loop.steps(200);
     EXPECT_TRUE(loop.estimator.resting()) << "seed " << seed;
     const bool in_rest = std::abs(loop.gain() - before) < 0.05 * before;
     loop.zero = false;
-    for (int k = 0; k < 400; ++k) {
-      loop.step();
-    }
+    loop.steps(400);
     EXPECT_NEAR(loop.gain(), before, 0.1 * before) << "seed " << seed;
     kept += in_rest && loop.estimator.resets() == 0 ? 1 : 0;
   }
@@ -285,9 +279,7 @@ TEST(ServoEstimator, AMotionLittleBeyondTheNoiseIsNoReasonToBeginAnew) {
     loop.servo.xi = 0.5;
     loop.noise = 2e-5;
     loop.configure(seed);
-    for (int k = 0; k < 20000; ++k) {
-      loop.step();
-    }
+    loop.steps(20000);
     EXPECT_EQ(loop.estimator.resets(), 0) << "seed " << seed;
     EXPECT_NEAR(loop.gain(), 0.01, 0.0005) << "seed " << seed;
   }
@@ -323,9 +315,7 @@ TEST(ServoEstimator, TheSignIsThatOfSlowMotion) {
     loop.servo.omega_n = 0.2 / loop.dt;
     loop.servo.xi = 0.2;
     loop.configure(seed);
-    for (int k = 0; k < 100; ++k) {
-      loop.step();
-    }
+    loop.steps(100);
     wrong += loop.gain() < 0.0 ? 1 : 0;
   }
   EXPECT_LE(wrong, 1);  // 10 where the path was multiplied with the command
@@ -343,9 +333,7 @@ TEST(ServoEstimator, TheSignIsFoundWhereAServoRingsAndIsLate) {
     loop.bit = 1;
     loop.late = true;
     loop.configure(seed);
-    for (int k = 0; k < 100; ++k) {
-      loop.step();
-    }
+    loop.steps(100);
     wrong += loop.gain() < 0.0 ? 1 : 0;
   }
   EXPECT_LE(wrong, 2);  // 14 where only the stated delay was asked

@@ -54,6 +54,14 @@ class Bench:
         self.said.clear()
         return Session(self.line, timeout_s=TIMEOUT_S, attempts=attempts, on_event=self.said.append)
 
+    def running(self, first: int = 0) -> Session:
+        """The same, with a run that begins at this sample."""
+        session = self.session()
+        session.hello()
+        session.configure(configuration())
+        session.start(first=first)
+        return session
+
 
 @pytest.fixture(scope="module")
 def bench() -> Iterator[Bench]:
@@ -167,10 +175,7 @@ def test_sequence_numbers_go_round_without_the_one_of_what_comes_unasked(bench: 
 
 
 def test_values_that_are_not_finite_reach_the_target(bench: Bench) -> None:
-    session = bench.session()
-    session.hello()
-    session.configure(configuration())
-    session.start()
+    session = bench.running()
     result = session.exchange(Sample(0, math.nan, math.inf))
     assert result.status == ehsid.Status.invalid_input
 
@@ -231,10 +236,7 @@ def test_trips_without_end_end_the_run(bench: Bench) -> None:
 
 @pytest.mark.parametrize("notice_lost", [False, True], ids=["heard", "unheard"])
 def test_a_reset_in_mid_run_is_told_and_the_run_goes_on(bench: Bench, notice_lost: bool) -> None:
-    session = bench.session()
-    session.hello()
-    session.configure(configuration())
-    session.start()
+    session = bench.running()
     for number in range(4):
         session.exchange(sample(number))
 
@@ -308,10 +310,7 @@ def test_a_mute_target_ends_the_run_with_what_to_check(
         return Passing(b"")
 
     if what == "sample":
-        session = bench.session(attempts=PATIENT)
-        session.hello()
-        session.configure(configuration())
-        session.start()
+        session = bench.running()
         session._attempts = 3
     bench.relay.disturb(mute)
     with pytest.raises(
@@ -415,10 +414,7 @@ def test_refusals_in_words(bench: Bench) -> None:
 
 
 def test_a_firmware_that_knows_no_lost_cycles_is_named(bench: Bench) -> None:
-    session = bench.session()
-    session.hello()
-    session.configure(configuration())
-    session.start(first=5)
+    session = bench.running(first=5)
     bench.target.most_lost = 0
     with pytest.raises(HilError, match=r"sample 5 and knows no lost cycles; bring its firmware to"):
         session.exchange(sample(6))
@@ -439,11 +435,7 @@ def test_settings_that_the_target_refuses(bench: Bench, monkeypatch: pytest.Monk
 
 
 def test_a_host_that_comes_new_finds_the_valve_closed(bench: Bench) -> None:
-    one = bench.session()
-    one.hello()
-    one.configure(configuration())
-    one.start()
-    one.exchange(sample(0))  # and is never heard of again
+    bench.running().exchange(sample(0))  # and is never heard of again
     assert bench.target.state == 2
     other = Session(bench.line, timeout_s=TIMEOUT_S, attempts=PATIENT)
     other.hello()
@@ -451,10 +443,7 @@ def test_a_host_that_comes_new_finds_the_valve_closed(bench: Bench) -> None:
 
 
 def test_the_result_of_another_sample_ends_the_run(bench: Bench) -> None:
-    session = bench.session()
-    session.hello()
-    session.configure(configuration())
-    session.start()
+    session = bench.running()
 
     def renumber(way: str, number: int, frame: bytes) -> Passing:
         packet = session_module.decode(frame)

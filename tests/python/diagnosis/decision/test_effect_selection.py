@@ -20,9 +20,10 @@ from ehsid.harness.diagnosis.decision.effect_selection import (
     percent,
 )
 from ehsid.harness.diagnosis.decision.results import selected_effects
-from ehsid.harness.diagnosis.decision.verdict import decide
+from ehsid.harness.diagnosis.decision.verdict import Decision, decide
 from ehsid.harness.diagnosis.schema import Calibrated, Estimate, HowFar, Value
 from ehsid.harness.diagnosis.search.candidates import FittedCandidate
+from ehsid.harness.diagnosis.search.search import SearchResult
 
 # Errors that noise hides, and a gap of a hundred and of a thousand noise floors.
 HIDDEN, GAP, LARGE_GAP = 0.1 * FLOOR, 100.0 * FLOOR, 1000.0 * FLOOR
@@ -130,6 +131,16 @@ def _reduction(
     return HowFar(nominal, calibrated, augmented, (0.9 * floor, floor), whole, from_nominal, {})
 
 
+def _decided(
+    result: SearchResult,
+    reduction: HowFar,
+    calibration: dict[str, Calibrated],
+    nuisance_fit: FittedCandidate,
+    step: Estimate | None = None,
+) -> Decision:
+    return decide(CASE, result, chosen(result), reduction, calibration, (), nuisance_fit, step)
+
+
 def _moved(moved: bool) -> dict[str, Calibrated]:
     return {"load.mass_kg": Calibrated(120.0, 150.0, (148.0, 152.0), moved)}
 
@@ -163,10 +174,8 @@ def test_verdicts(
     calibrated_m: float, candidates: list[FittedCandidate], moved: bool, verdict: str
 ) -> None:
     result = search_result(candidate(rms=calibrated_m), *candidates)
-    selection = chosen(result)
     nuisance_fit = candidate(rms=GAP) if moved else result.calibrated
-    reduction = _reduction(0.5, 0.1, 0.01)
-    decision = decide(CASE, result, selection, reduction, _moved(moved), (), nuisance_fit)
+    decision = _decided(result, _reduction(0.5, 0.1, 0.01), _moved(moved), nuisance_fit)
     assert decision.verdict == verdict
     assert decision.sentence.endswith(".")
     assert decision.reasons
@@ -183,15 +192,8 @@ def test_values_of_the_rig_file_that_fit_as_well_are_no_parameter_gap() -> None:
     result = search_result(candidate(rms=0.0))
     for share, verdict in ((0.9, "no_gap"), (1.1, "parameters")):
         rms = FLOOR * math.sqrt(math.expm1(2.0 * share * 2.0 * EFFECT / EVIDENCE))
-        decision = decide(
-            CASE,
-            result,
-            chosen(result),
-            _reduction(0.04, 0.001, 0.001),
-            _moved(True),
-            (),
-            candidate(rms=rms),
-        )
+        reduction = _reduction(0.04, 0.001, 0.001)
+        decision = _decided(result, reduction, _moved(True), candidate(rms=rms))
         assert decision.verdict == verdict
 
 
@@ -222,15 +224,8 @@ def test_no_gap_is_told_only_near_the_floor_or_where_nothing_makes_it_smaller(
 ) -> None:
     result = search_result(candidate(rms=HIDDEN))
     for nuisance_fit in (result.calibrated, candidate(rms=GAP)):
-        decision = decide(
-            CASE,
-            result,
-            chosen(result),
-            _reduction(nominal, calibrated, calibrated, floor),
-            _moved(False),
-            (),
-            nuisance_fit,
-        )
+        reduction = _reduction(nominal, calibrated, calibrated, floor)
+        decision = _decided(result, reduction, _moved(False), nuisance_fit)
         assert decision.verdict == verdict
         assert told in decision.sentence
         assert "No effect is missing" not in decision.sentence
@@ -268,9 +263,7 @@ def test_the_first_sentence_says_what_the_probabilities_say(
     assert [each.effects for each in selection.rivals] == (
         [("valve_dead_band", "coulomb_friction")] if selected else []
     )
-    decision = decide(
-        CASE, result, selection, _reduction(0.5, 0.1, 0.1), _moved(True), (), candidate(rms=GAP)
-    )
+    decision = _decided(result, _reduction(0.5, 0.1, 0.1), _moved(True), candidate(rms=GAP))
     for words in told:
         assert words in decision.sentence
     assert "No effect is missing" not in decision.sentence
@@ -296,15 +289,8 @@ def test_the_first_sentence_says_which_value_is_not_to_trust(
     for index, x in ends.items():
         fitted.x[index] = x
     result = search_result(fitted)
-    decision = decide(
-        CASE,
-        result,
-        chosen(result),
-        _reduction(0.5, 0.001, 0.001),
-        _moved(True),
-        (),
-        candidate(rms=GAP),
-    )
+    reduction = _reduction(0.5, 0.001, 0.001)
+    decision = _decided(result, reduction, _moved(True), candidate(rms=GAP))
     assert decision.verdict == "parameters"
     first, _, _ = decision.sentence.partition(". ")
     assert told in first
@@ -317,16 +303,7 @@ def test_the_first_sentence_says_which_value_is_not_to_trust(
 def test_a_coarse_sensor_is_the_effect_where_nothing_else_is() -> None:
     result = search_result(candidate(rms=HIDDEN))
     step = Estimate(1e-5, 0.9e-5, 1.1e-5)
-    decision = decide(
-        CASE,
-        result,
-        chosen(result),
-        _reduction(0.1, 0.001, 0.001),
-        {},
-        (),
-        result.calibrated,
-        step,
-    )
+    decision = _decided(result, _reduction(0.1, 0.001, 0.001), {}, result.calibrated, step)
     assert decision.verdict == "effects"
     assert "steps of 1e-05 m" in decision.sentence
 
