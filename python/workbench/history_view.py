@@ -78,18 +78,15 @@ class HistoryView(View):
     def _has_rig(self, machine: str) -> bool:
         return (self.workbench.folder / machine / RIG).exists()
 
-    def _do_start(self, event: Any) -> None:
-        del event
+    def _do_start(self, _event: Any) -> None:
         choice = HistoryChoice(self._logs.value, self._rig.value, self._out.value)
         self._choose(self._histories.start(choice))
 
-    def _do_stop(self, event: Any) -> None:
-        del event
+    def _do_stop(self, _event: Any) -> None:
         self._histories.stop(self._shown.value)
         self._stop.param.update(name="Stopping behind the next log", disabled=True)
 
-    def _open(self, event: Any) -> None:
-        del event
+    def _open(self, _event: Any) -> None:
         self._choose(self._histories.show(self._out.value))
 
     def refresh(self) -> None:

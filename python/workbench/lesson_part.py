@@ -125,8 +125,7 @@ class LessonPart:
         look_again()
         pn.state.add_periodic_callback(look_again, period=LOOK_MS)
 
-    def _begin(self, event: Any) -> None:
-        del event
+    def _begin(self, _event: Any) -> None:
         rig = chosen_rig(self._workbench, str(self._rig_title.value))
         if rig.plant != "ehs":
             raise ValueError(
@@ -138,8 +137,7 @@ class LessonPart:
         self._workbench.hide(self._hiding)
         self.refresh()
 
-    def _answer(self, event: Any) -> None:
-        del event
+    def _answer(self, _event: Any) -> None:
         guessed(self._chosen(), self._guess.value)
         self.refresh()
 
@@ -147,8 +145,7 @@ class LessonPart:
         self._workbench.diagnose(self._chosen())
         self.refresh()
 
-    def _end(self, event: Any) -> None:
-        del event
+    def _end(self, _event: Any) -> None:
         self._workbench.cancel(self._chosen(), "gap")
         self.refresh()
 

@@ -68,8 +68,7 @@ class MachinesView(View):
         look_again()
         pn.state.add_periodic_callback(look_again, period=LOOK_MS)
 
-    def _rename(self, event: Any) -> None:
-        del event
+    def _rename(self, _event: Any) -> None:
         before, new_name = self._chosen.value, self._name.value
         made = self.workbench.rename(before, new_name)
         self._name.value = ""
@@ -89,8 +88,7 @@ class MachinesView(View):
             else ""
         )
 
-    def _do_remove(self, event: Any) -> None:
-        del event
+    def _do_remove(self, _event: Any) -> None:
         name = self._chosen.value
         place = self.workbench.remove(name)
         self._ask(False)

@@ -1,12 +1,19 @@
 # SPDX-License-Identifier: MIT
-"""What the sources of the four houses import, read off their text."""
+"""What the sources of the four houses import, read off their text; files of no package."""
 
 import ast
+import runpy
 from pathlib import Path
+from types import SimpleNamespace
 
 ROOT = Path(__file__).resolve().parents[2]
 PYTHON = ROOT / "python"
 HARNESS = PYTHON / "harness"
+
+
+def loaded(path: Path) -> SimpleNamespace:
+    """Return what a file defines that is in no package."""
+    return SimpleNamespace(**runpy.run_path(str(path)))
 
 
 def imported(path: Path) -> set[str]:

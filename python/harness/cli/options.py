@@ -50,7 +50,6 @@ class HilLoop(StrEnum):
 
 
 RecordFile = Annotated[Path, typer.Argument(help=RECORD_HELP)]
-RigFile = Annotated[Path, typer.Option("--rig", help="rig file, TOML")]
 RigOrPublished = Annotated[
     Path | None, typer.Option("--rig", help="rig file, TOML; default: the published rig")
 ]

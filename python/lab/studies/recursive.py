@@ -80,8 +80,8 @@ class Changed:
     outcomes: Mapping[str, tuple[Outcome, Outcome]]
 
 
-def noise_for_fit(target: float = PUBLISHED_FIT, seeds: Sequence[int] = range(8)) -> float:
-    """Returns the standard deviation of e(k) at which the offline model fits by `target` percent.
+def noise_for_fit() -> float:
+    """Returns the standard deviation of e(k) at which the offline model fits as published.
 
     A third-order model of a record of model (16) is identified from the first half. The fit is that
     of its simulated output on the second half, as in Fig. 7, as the median over the seeds. The
@@ -91,21 +91,21 @@ def noise_for_fit(target: float = PUBLISHED_FIT, seeds: Sequence[int] = range(8)
 
     def beyond(noise: float) -> float:
         fits = []
-        for u, y in known_records(PLANT, partial(excite, Input.multisine), noise, seeds):
+        for u, y in known_records(PLANT, partial(excite, Input.multisine), noise, range(8)):
             estimation, validation = IoData.from_arrays(u, y).split(0.5)
             simulated = simulate(fit_arx(estimation, ORDERS), validation)
             fits.append(fit_percent(simulated.measured, simulated.predicted))
-        return float(np.median(fits)) - target
+        return float(np.median(fits)) - PUBLISHED_FIT
 
     return float(brentq(beyond, 1e-4, 0.03, xtol=1e-5))
 
 
-def setting_of(samples: Samples, orders: ArxOrders, p0: float = 1e6) -> Setting:
+def setting_of(samples: Samples, orders: ArxOrders) -> Setting:
     """Returns a setting that scales both signals by their standard deviations about their means."""
     u, y = samples
     return Setting(
         orders,
-        p0=p0,
+        p0=1e6,
         command_scale=float(np.std(u)),
         position_scale=float(np.std(y)),
         command_offset=float(np.mean(u)),

@@ -172,7 +172,7 @@ class LivePage:
         self._runs.stop(begun=self._ring is not None and self._ring.count > 0)
 
     def _make_machine(self) -> None:
-        session = self._runs.make_machine("")
+        session = self._runs.make_machine()
         self._machine.tags = [f"/?session={session.name}&theme={self.theme}"]
 
     def refresh(self) -> None:

@@ -379,7 +379,7 @@ class LiveRuns:
         elif job is not None:
             job.cancel()
 
-    def make_machine(self, name: str) -> Session:
+    def make_machine(self) -> Session:
         """Begins a session with the record and the rig of the newest run.
 
         Raises
@@ -394,7 +394,7 @@ class LiveRuns:
                 "there is no record of a whole run: expected one that has ended; start a run, and "
                 "wait for its end or stop it"
             )
-        session = self.workbench.begun(name)
+        session = self.workbench.begun("")
         logs = session.folder / "logs"
         logs.mkdir(exist_ok=True)
         log = logs / f"{latest.name}.csv"

@@ -67,8 +67,7 @@ class ControllerPart:
     def _design(self) -> Design:
         return design([self._session.folder / "gap"], speed=self._speed.value)
 
-    def _show(self, event: Any) -> None:
-        del event
+    def _show(self, _event: Any) -> None:
         try:
             made = self._design()
         except ValueError as error:  # a verdict that nothing can be made of
@@ -80,8 +79,7 @@ class ControllerPart:
             Items(told(made.result))
         )
 
-    def _write(self, event: Any) -> None:
-        del event
+    def _write(self, _event: Any) -> None:
         folder = self._session.folder / FOLDER
         with result_folder(folder, "apply", FILES, [self._session.folder / "gap"]) as unfinished:
             write_apply(unfinished, self._design(), name="axis")

@@ -225,8 +225,7 @@ class HeaderPart:
         asked = [look.words(WHY), fields, self._like_model, pn.Row(self._make), self._status]
         self.layout = look.panes(asked, [self._result])
 
-    def _choose(self, event: Any) -> None:
-        del event
+    def _choose(self, _event: Any) -> None:
         firmware = self._session.settings.firmware
         firmware.record, firmware.c = self._record.value or "", self._language.value
         firmware.name, firmware.like_model = self._name.value.strip(), bool(self._like_model.value)

@@ -67,8 +67,7 @@ class LoadStep(StepView):
         drawn = look.Sheets({"Plots": [self._columns, self._plots], "Numbers": [self._about]})
         self.layout.objects = [look.panes(logs, [self._chosen, drawn.layout], (2, 3))]
 
-    def _add_path(self, event: Any) -> None:
-        del event
+    def _add_path(self, _event: Any) -> None:
         text = self._path.value.strip()
         if not text:
             return

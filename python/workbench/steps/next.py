@@ -112,8 +112,7 @@ class NextStep(StepView):
         }
         self.layout.objects = [look.Sheets(sheets).layout]
 
-    def _use(self, event: Any) -> None:
-        del event
+    def _use(self, _event: Any) -> None:
         kept = use_as_rig(self.session)
         self.page.show("rig")
         self.page.say(
@@ -121,8 +120,7 @@ class NextStep(StepView):
             f"{kept}. Check and diagnosis belong to the rig before: run them again."
         )
 
-    def _new_machine(self, event: Any) -> None:
-        del event
+    def _new_machine(self, _event: Any) -> None:
         made = as_new_machine(self.workbench, self.session).name
         self._adopted.object = (
             f'<p><span class="good">✓</span> The machine <b>{look.plain(made)}</b> has this rig, '

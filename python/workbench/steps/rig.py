@@ -316,15 +316,13 @@ class RigStep(StepView):
         self._build()
         self._save()
 
-    def _use_path(self, event: Any) -> None:
-        del event
+    def _use_path(self, _event: Any) -> None:
         text = self._path.value.strip()
         if text:
             self.page.say(take_rig_at(self.session, Path(text)))
             self._path.value = ""
 
-    def _anew(self, event: Any) -> None:
-        del event
+    def _anew(self, _event: Any) -> None:
         self.session.rig_file.unlink(missing_ok=True)
         self.session.save()
         self._build()

@@ -1,11 +1,10 @@
 # SPDX-License-Identifier: MIT
 """The page of the effects says what the compiled catalogue says."""
 
-import importlib.util
 from collections.abc import Callable
 
 import pytest
-from sources import ROOT
+from sources import ROOT, loaded
 
 import ehsid
 
@@ -14,12 +13,8 @@ PAGE = (ROOT / "docs" / "effects.md").read_text(encoding="utf-8")
 
 @pytest.fixture(scope="module")
 def section() -> Callable[[ehsid.EffectInfo], str]:
-    spec = importlib.util.spec_from_file_location("make", ROOT / "docs" / "effects" / "make.py")
-    assert spec is not None
-    assert spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    made: Callable[[ehsid.EffectInfo], str] = module.section
+    made: Callable[[ehsid.EffectInfo], str]
+    made = loaded(ROOT / "docs" / "effects" / "make.py").section
     return made
 
 

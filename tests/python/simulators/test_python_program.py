@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import importlib.util
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -11,6 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from sources import loaded
 from user_simulators import FOLDER
 
 from ehsid.harness.rigs import read_rig
@@ -87,12 +87,7 @@ def test_a_function_of_a_whole_record_agrees_with_the_class() -> None:
 
 
 def bench() -> Any:
-    spec = importlib.util.spec_from_file_location("bench_of_a_test", FOLDER / "bench_plant.py")
-    assert spec is not None
-    assert spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
+    return loaded(FOLDER / "bench_plant.py")
 
 
 @pytest.mark.parametrize(

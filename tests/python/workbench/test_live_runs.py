@@ -84,7 +84,7 @@ def test_a_run_writes_what_the_command_writes(runs: LiveRuns, target: Relay) -> 
     assert runs.settings() == settings
     assert runs.workbench.names() == []  # a run is no machine, until one is made of it
     assert runs.workbench.opened("_live").folder != runs.folder
-    session = runs.make_machine("")
+    session = runs.make_machine()
     assert session.rig_file.read_bytes() == BENCH.read_bytes()
     assert [entry.file for entry in session.settings.records] == ["logs/run_1.csv"]
 
@@ -205,7 +205,7 @@ def test_a_run_that_fails_says_where_its_samples_are(runs: LiveRuns) -> None:
     assert f"{left} holds the" in job.message
     assert (left / "record.csv").exists()
     with pytest.raises(ValueError, match="there is no record of a whole run"):
-        runs.make_machine("")
+        runs.make_machine()
 
 
 @pytest.mark.thorough

@@ -101,25 +101,18 @@ class Agreement:
         )
 
 
-def power_band(data: IoData, share: float = POWER_SHARE) -> tuple[float, float]:
+def power_band(data: IoData) -> tuple[float, float]:
     """Returns the lowest and highest frequency of the band that holds most of the input's power.
 
-    The power is that of the periodogram of the longest segment in which the input changes, with
-    its mean removed. Half of the remaining power lies below the band and half above. Frequencies
-    are in Hz, or in cycles per sample if the sampling time is not known.
-
-    Parameters
-    ----------
-    data
-        data whose input is not constant.
-    share
-        share of the power inside the band, 0 < share < 1.
+    The input is not constant. The power is that of the periodogram of the longest segment in which
+    the input changes, with its mean removed. Half of the remaining power lies below the band and
+    half above. Frequencies are in Hz, or in cycles per sample if the sampling time is not known.
     """
     moving = [segment for segment in data.segments if np.ptp(data.u[segment]) > 0.0]
     longest = max(moving, key=lambda segment: segment.stop - segment.start)
     frequency, power = scipy.signal.periodogram(data.u[longest], fs=1.0 / (data.dt_s or 1.0))
     below = np.cumsum(power) / np.sum(power)
-    first, last = np.searchsorted(below, (0.5 - 0.5 * share, 0.5 + 0.5 * share))
+    first, last = np.searchsorted(below, (0.5 - 0.5 * POWER_SHARE, 0.5 + 0.5 * POWER_SHARE))
     return float(frequency[first]), float(frequency[last])
 
 

@@ -52,12 +52,9 @@ def reading_figure(reading: Reading) -> Figure:
 THETA_NAMES = ("a1", "a2", "a3", "b1", "b2", "b3")
 
 
-def interval_text(interval: Interval, scale: float = 1.0, digits: int = 3) -> str:
-    """Returns the median and its interval in brackets, multiplied by `scale`."""
-    middle, low, high = (
-        f"{scale * value:.{digits}g}" for value in (interval.median, interval.low, interval.high)
-    )
-    return f"{middle} [{low}, {high}]"
+def interval_text(interval: Interval) -> str:
+    """Returns the median and its interval in brackets."""
+    return f"{interval.median:.3g} [{interval.low:.3g}, {interval.high:.3g}]"
 
 
 def speed_table(summaries: Mapping[str, RunSummary], caption: str, unit: str = "s") -> Table:

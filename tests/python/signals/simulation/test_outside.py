@@ -1,13 +1,13 @@
 # SPDX-License-Identifier: MIT
 """Runs of a user's simulator on a command, and what they say where they cannot be made."""
 
-import importlib.util
 import json
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+from sources import loaded
 from typer.testing import CliRunner
 from user_simulators import FOLDER, needs_linux64, rig_document, text_of
 
@@ -30,12 +30,7 @@ def run(rig: Rig, command: Any = COMMAND, *, dt_s: float = DT_S, **options: Any)
 
 
 def by_hand(command: Any, position_m: float) -> Any:
-    spec = importlib.util.spec_from_file_location("bench_by_hand", FOLDER / "bench_plant.py")
-    assert spec is not None
-    assert spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    bench = module.Bench()
+    bench = loaded(FOLDER / "bench_plant.py").Bench()
     read = [bench.reset(position_m=position_m)]
     read += [bench.step(DT_S, volts) for volts in command[:-1]]
     return np.array(read)
