@@ -27,6 +27,9 @@ REST_WINDOWS = 4
 # For white noise, the medians over twenty blocks of the differences of orders 7 and 9 agree within
 # some 5 %. A disagreement of four times that is not white noise.
 MOTION_SEEN = 0.2
+# The same, times sqrt(N) for N samples: three standard errors of white noise, which are 1.15 /
+# sqrt(N) each (by simulation, N from 400 to 20,000).
+MOTION_LIKELY = 3.5
 # No sensor resolves a millionth of the variation that it shows. What is smaller comes from the
 # digits of the file.
 LEAST_FLOOR = 1e-6
@@ -81,28 +84,30 @@ def noise_floor(signal: npt.ArrayLike) -> NoiseFloor:
     return NoiseFloor(float(value), float(low), float(high))
 
 
-def shows_motion(signal: npt.ArrayLike) -> bool:
+def shows_motion(signal: npt.ArrayLike, limit: float = MOTION_SEEN) -> bool:
     """Whether the differences in `noise_floor` show motion; the floor is then an upper bound.
 
     White noise gives the same estimate from differences of any order. From order k to k + 2, the
     estimate from a motion of w rad/s changes by the factor
-    (2 sin(w dt / 2))^2 sqrt(C(2k, k) / C(2k + 4, k + 2)), which is 1 for a single w only.
+    (2 sin(w dt / 2))^2 sqrt(C(2k, k) / C(2k + 4, k + 2)), which is 1 for a single w only. Motion is
+    a change by more than `limit`, in natural logarithms.
     """
     samples = np.asarray(signal, dtype=np.float64)
     seventh, ninth = (float(np.median(_by_block(samples, k))) for k in (ORDER, ORDER + 2))
     if min(seventh, ninth) <= max(sensor_step(samples), LEAST_FLOOR * float(np.std(samples))):
         # The differences are steps of the sensor, or too small to matter.
         return False
-    return abs(math.log(ninth / seventh)) > MOTION_SEEN
+    return abs(math.log(ninth / seventh)) > limit
 
 
-def floor_of(record: Record, name: str) -> NoiseFloor:
+def floor_of(record: Record, name: str, fast: bool = True) -> NoiseFloor:
     """Estimates the noise floor of a column by the best method that the record allows.
 
     Repeats of the command, if there are any, show noise of all frequencies in motion, and
     everything else that is not repeatable. Otherwise windows at rest also show noise of low
     frequency; the floor is the larger of their estimate and that of the seventh differences, unless
-    the differences show motion. Without repeats and rest, the differences alone give the floor.
+    the differences show motion. Without repeats and rest, the differences alone give the floor; if
+    they show motion, they are an upper bound.
 
     Parameters
     ----------
@@ -110,6 +115,8 @@ def floor_of(record: Record, name: str) -> NoiseFloor:
         without gaps, with `command_v` and `position_m`, of at least 100 samples.
     name
         name of the column.
+    fast
+        whether the sampling is known to be too fast for the motion to show in the differences.
 
     Raises
     ------
@@ -122,11 +129,10 @@ def floor_of(record: Record, name: str) -> NoiseFloor:
     white = noise_floor(samples)
     # The floor is at least the resolution, because a measured signal always has some noise.
     least = max(sensor_step(samples) / math.sqrt(12.0), LEAST_FLOOR * float(np.std(samples)))
+    is_upper_bound = not fast
     if shows_motion(samples):
         white = NoiseFloor(white.value, min(least, white.low), white.high)
         is_upper_bound = True
-    else:
-        is_upper_bound = False
     repeated = _of_windows(repeat_errors(record, name))
     rest = _of_windows(rest_errors(record, name))
     if repeated is not None:
@@ -226,9 +232,9 @@ def sensor_floor(record: Record, name: str, rig: Rig) -> NoiseFloor:
 
     A load on its oil spring still moves at frequencies near the sampling rate of a slow record, so
     that differences of neighbouring samples show this motion. They are then an upper bound that is
-    far too high: it would hide every effect. Unless repeats or rests show the noise, the floor is
-    then what the rig file tells of the sensor, or else the noise of a usual sensor, but never more
-    than the bound.
+    far too high: it would hide every effect. The floor is then what repeats or rests alone show.
+    Without them it is what the rig file tells of the sensor, or else the noise of a usual sensor,
+    but never more than the bound.
 
     Parameters
     ----------
@@ -239,15 +245,46 @@ def sensor_floor(record: Record, name: str, rig: Rig) -> NoiseFloor:
     rig
         configuration of the simulator, with the noise of the sensors, if known.
     """
-    floor = floor_of(record, name)
     spring_hz = oil_spring_hz(rig)
     assert record.dt_s is not None
     if spring_hz is None or spring_hz * record.dt_s < SPRING_HIDES_NOISE:
-        return floor
-    if any(len(errors(record, name)) >= REST_WINDOWS for errors in (repeat_errors, rest_errors)):
+        return floor_of(record, name)
+    floor = floor_of(record, name, fast=False)
+    if floor.seen:
         return floor
     value = min(_expected(record, name, rig), floor.value)
     return NoiseFloor(value, min(value, floor.low), max(value, floor.high), seen=False)
+
+
+# The noise of one sensor differs by a tenth between records. A factor of three means that something
+# was changed, or that it is not noise.
+FLOORS_DIFFER = 3.0
+
+
+def machine_floor(records: Sequence[Record], name: str, rig: Rig) -> NoiseFloor:
+    """Largest noise floor of a sensor over the records of a machine.
+
+    What is explained in one record may be noise in another. But a floor of more than FLOORS_DIFFER
+    times one that is seen in another record counts only if its record shows white noise. Else it is
+    motion.
+
+    Parameters
+    ----------
+    records, name, rig
+        as in `sensor_floor`; at least one record.
+    """
+    floors = [sensor_floor(record, name, rig) for record in records]
+    least = min((floor.value for floor in floors if floor.seen), default=math.inf)
+    noise = [
+        floor
+        for record, floor in zip(records, floors, strict=True)
+        if floor.value <= FLOORS_DIFFER * least
+        or (
+            floor.seen
+            and not shows_motion(record.column(name), MOTION_LIKELY / math.sqrt(len(record)))
+        )
+    ]
+    return max(noise, key=lambda floor: floor.value)
 
 
 def _expected(record: Record, name: str, rig: Rig) -> float:

@@ -17,7 +17,7 @@ from ...catalogue.channels import CHANNELS, COMMAND, POSITION, shown_channel
 from ...records import Record
 from ...rigs import Rig
 from ..schema import WINDOW_S, Remark
-from .floor import sensor_floor
+from .floor import FLOORS_DIFFER, sensor_floor
 from .gate_ranges import (
     check_clock,
     check_command,
@@ -173,10 +173,6 @@ def spikes(column: FloatArray) -> npt.NDArray[np.bool_]:
     is_isolated &= is_highest & (before * after < 0.0) & (largest_around < SPIKE_ALONE * distance)
     return np.asarray(is_large & is_isolated)
 
-
-# The noise of one sensor differs by a tenth between records. A factor of three means that something
-# was changed.
-FLOORS_DIFFER = 3.0
 
 # The remarks are read in this order: a constant channel, for example, does not show any signs.
 _CHECKS: tuple[Callable[[Record, Rig], Iterable[Remark]], ...] = (

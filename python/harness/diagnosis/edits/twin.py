@@ -23,7 +23,7 @@ from ...catalogue.spellings import effect_values, sizes_of
 from ...records import Record
 from ...records.errors import nearest_name
 from ...rigs import Rig, read_rig
-from ..data.floor import sensor_floor
+from ..data.floor import machine_floor
 from ..deciding import EVIDENCE
 from ..model.comparison import compare, varying_outputs
 from ..model.differences import SimulatorEngine
@@ -222,10 +222,7 @@ class Comparison:
             for name in settings.get("outputs", ())
             if all(name in one.outputs for one in self.compared)
         ]
-        floors = {
-            name: max(sensor_floor(record, name, twin.rig).value for record in records)
-            for name in wanted
-        }
+        floors = {name: machine_floor(records, name, twin.rig).value for name in wanted}
         moving = [varying_outputs(one, floors) for one in self.compared]
         self.outputs = tuple(name for name in wanted if all(name in names for names in moving))
         if not self.outputs:

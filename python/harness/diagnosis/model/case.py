@@ -16,7 +16,7 @@ from ...catalogue.channels import CHAMBER_PRESSURES
 from ...catalogue.parameters import effects as catalogue
 from ...records import Record
 from ...rigs import Rig
-from ..data.floor import NoiseFloor, sensor_floor
+from ..data.floor import NoiseFloor, machine_floor
 from ..options import Effort
 from ..schema import WINDOW_S
 from .between_samples import unknown_command_power
@@ -207,7 +207,7 @@ def make_case(
         if all(name in record.outputs for record in compared)
         and (engine is None or name in engine.runs.section.outputs)
     ]
-    floors = {name: _floor(training, name, rig) for name in common}
+    floors = {name: machine_floor(training, name, rig) for name in common}
     values = {name: floor.value for name, floor in floors.items()}
     varying = [set(varying_outputs(record, values)) for record in compared]
     outputs = tuple(name for name in common if all(name in names for names in varying))
@@ -264,9 +264,3 @@ def _swings(record: Record) -> float:
     power = np.maximum(power - 2.0 * np.median(power), 0.0)
     total = float(power.sum())
     return float(power[frequency > SWING_HZ].sum()) / total if total > 0.0 else 0.0
-
-
-def _floor(records: Sequence[Record], name: str, rig: Rig) -> NoiseFloor:
-    """Largest noise floor over the records: what is explained in one may be noise in another."""
-    floors = (sensor_floor(record, name, rig) for record in records)
-    return max(floors, key=lambda floor: floor.value)

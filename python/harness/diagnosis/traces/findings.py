@@ -20,7 +20,7 @@ from ...base.parallel import Progress
 from ...catalogue.channels import COMMAND
 from ...catalogue.parameters import effects
 from ...rigs import Rig
-from ..data.floor import NoiseFloor, sensor_floor, sensor_step
+from ..data.floor import NoiseFloor, machine_floor, sensor_step
 from ..data.gate import gate
 from ..deciding import SIMULATOR_TOLERANCE
 from ..model.comparison import BLOCK_S, Blocks, compare, varying_outputs
@@ -250,10 +250,8 @@ def prepared(matched: Sequence[Matched], rig: Rig) -> TraceData:
         no output that both have moves by more than its noise.
     """
     common = [name for name in matched[0].trace if all(name in one.trace for one in matched)]
-    floors = {
-        name: max((sensor_floor(one.record, name, rig) for one in matched), key=lambda f: f.value)
-        for name in common
-    }
+    records = [one.record for one in matched]
+    floors = {name: machine_floor(records, name, rig) for name in common}
     values = {name: floor.value for name, floor in floors.items()}
     moving = [set(varying_outputs(compare(one.record), values)) for one in matched]
     outputs = tuple(name for name in common if all(name in names for names in moving))

@@ -12,10 +12,12 @@ from sources import ROOT
 
 from ehsid.harness.diagnosis.data.floor import (
     DESIGN_PRESSURE_NOISE,
+    FLOORS_DIFFER,
     NOISE_OF_RANGE,
     NOISE_OF_STROKE,
     SPRING_HIDES_NOISE,
     floor_of,
+    machine_floor,
     sensor_floor,
 )
 from ehsid.harness.diagnosis.data.repeats import oil_spring_hz
@@ -81,16 +83,52 @@ def test_the_estimate_from_the_record_is_never_exceeded() -> None:
     assert sensor_floor(record, "position_m", rig).value == floor.value
 
 
+def at_rest(record: Record, first: int, noise_m: float) -> Record:
+    """The record with a rod that stands still from a sample on, with noise of the sensor."""
+    columns = {name: np.array(column) for name, column in record.columns.items()}
+    noise = noise_m * np.random.default_rng(5).standard_normal(len(record) - first)
+    columns["command_v"][first:] = 0.0
+    columns["position_m"][first:] = columns["position_m"][first] + noise
+    return replace(record, columns=columns)
+
+
 def test_stretches_at_rest_show_the_noise_at_any_sampling() -> None:
     rig, record = measured(0.05, {})
-    rng = np.random.default_rng(5)
-    columns = {name: np.array(column) for name, column in record.columns.items()}
-    columns["command_v"][200:] = 0.0
-    columns["position_m"][200:] = columns["position_m"][200] + 1e-5 * rng.standard_normal(
-        len(record) - 200
-    )
-    still = replace(record, columns=columns)
-    # Of 10 s at rest, the rms of 200 samples scatters by a twentieth.
+    still = at_rest(record, 280, 1e-5)
+    # A motion as fast as the samples passes for noise in the differences of most of the record.
+    still.column("position_m")[:280] += 1e-3 * np.random.default_rng(6).standard_normal(280)
+    assert floor_of(still, "position_m").value > 1e-4
+    # The rms of 120 samples at rest scatters by 6 %.
     floor = sensor_floor(still, "position_m", rig)
     assert floor.value == pytest.approx(1e-5, rel=0.2)
     assert floor.seen
+
+
+def test_motion_of_one_record_is_not_the_noise_of_a_machine() -> None:
+    rig, record = measured(0.05, {})
+    still = at_rest(record, 280, 1e-5)
+    # Nothing tells the noise of a user's sensor here but what is usual, which is 2.5 times as much.
+    usual = NOISE_OF_STROKE * rig.values["cylinder.stroke_m"]
+    quiet = at_rest(record, 280, 0.2 * usual)
+    floor = sensor_floor(record, "position_m", rig)
+    assert floor.value == pytest.approx(usual)
+    assert machine_floor([record, quiet], "position_m", rig) == sensor_floor(
+        quiet, "position_m", rig
+    )
+    # Within FLOORS_DIFFER the largest one counts, as it does where no record shows the noise.
+    assert usual < FLOORS_DIFFER * sensor_floor(still, "position_m", rig).value
+    assert machine_floor([record, still], "position_m", rig) == floor
+    assert machine_floor([record, record], "position_m", rig) == floor
+
+
+def test_a_sensor_that_became_noisier_has_its_largest_noise() -> None:
+    """White noise is no motion, however much of it there is."""
+    rig, record = measured(1e-3)
+    columns = dict(record.columns)
+    columns["position_m"] = columns["position_m"] + 1e-4 * np.random.default_rng(6).standard_normal(
+        len(record)
+    )
+    noisy = replace(record, columns=columns)
+    floor = machine_floor([record, noisy], "position_m", rig)
+    assert floor == sensor_floor(noisy, "position_m", rig)
+    assert floor.value > FLOORS_DIFFER * sensor_floor(record, "position_m", rig).value
