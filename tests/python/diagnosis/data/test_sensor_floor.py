@@ -83,8 +83,20 @@ def test_the_estimate_from_the_record_is_never_exceeded() -> None:
     assert sensor_floor(record, "position_m", rig).value == floor.value
 
 
-def at_rest(record: Record, first: int, noise_m: float) -> Record:
-    """The record with a rod that stands still from a sample on, with noise of the sensor."""
+def shaken(record: Record, sigma_m: float, colour: float = 0.0) -> Record:
+    """The record with a position that also moves as fast as the samples, like white noise.
+
+    colour: share of the error of the sample before that is added to each.
+    """
+    error = sigma_m * np.random.default_rng(6).standard_normal(len(record))
+    error[1:] += colour * error[:-1]
+    columns = {**record.columns, "position_m": record.column("position_m") + error}
+    return replace(record, columns=columns)
+
+
+def at_rest(record: Record, noise_m: float) -> Record:
+    """The record with a rod that stands still in its last 30 %, with noise of the sensor."""
+    first = round(0.7 * len(record))
     columns = {name: np.array(column) for name, column in record.columns.items()}
     noise = noise_m * np.random.default_rng(5).standard_normal(len(record) - first)
     columns["command_v"][first:] = 0.0
@@ -94,9 +106,8 @@ def at_rest(record: Record, first: int, noise_m: float) -> Record:
 
 def test_stretches_at_rest_show_the_noise_at_any_sampling() -> None:
     rig, record = measured(0.05, {})
-    still = at_rest(record, 280, 1e-5)
-    # A motion as fast as the samples passes for noise in the differences of most of the record.
-    still.column("position_m")[:280] += 1e-3 * np.random.default_rng(6).standard_normal(280)
+    still = at_rest(shaken(record, 1e-3), 1e-5)
+    # The differences show motion that passes for noise in most of the record.
     assert floor_of(still, "position_m").value > 1e-4
     # The rms of 120 samples at rest scatters by 6 %.
     floor = sensor_floor(still, "position_m", rig)
@@ -106,29 +117,27 @@ def test_stretches_at_rest_show_the_noise_at_any_sampling() -> None:
 
 def test_motion_of_one_record_is_not_the_noise_of_a_machine() -> None:
     rig, record = measured(0.05, {})
-    still = at_rest(record, 280, 1e-5)
-    # Nothing tells the noise of a user's sensor here but what is usual, which is 2.5 times as much.
-    usual = NOISE_OF_STROKE * rig.values["cylinder.stroke_m"]
-    quiet = at_rest(record, 280, 0.2 * usual)
-    floor = sensor_floor(record, "position_m", rig)
-    assert floor.value == pytest.approx(usual)
-    assert machine_floor([record, quiet], "position_m", rig) == sensor_floor(
+    moving = shaken(record, 1e-3)
+    still, quiet = at_rest(record, 1e-5), at_rest(record, 5e-6)
+    floor = sensor_floor(moving, "position_m", rig)
+    # Nothing tells the noise of this sensor but what is usual.
+    assert floor.value == pytest.approx(NOISE_OF_STROKE * rig.values["cylinder.stroke_m"])
+    assert floor.value > FLOORS_DIFFER * sensor_floor(quiet, "position_m", rig).value
+    assert machine_floor([moving, quiet], "position_m", rig) == sensor_floor(
         quiet, "position_m", rig
     )
     # Within FLOORS_DIFFER the largest one counts, as it does where no record shows the noise.
-    assert usual < FLOORS_DIFFER * sensor_floor(still, "position_m", rig).value
-    assert machine_floor([record, still], "position_m", rig) == floor
-    assert machine_floor([record, record], "position_m", rig) == floor
+    assert floor.value < FLOORS_DIFFER * sensor_floor(still, "position_m", rig).value
+    assert machine_floor([moving, still], "position_m", rig) == floor
+    assert machine_floor([moving, moving], "position_m", rig) == floor
 
 
-def test_a_sensor_that_became_noisier_has_its_largest_noise() -> None:
-    """White noise is no motion, however much of it there is."""
+@pytest.mark.parametrize(("colour", "is_noise"), [(0.0, True), (0.3, False)])
+def test_a_tenfold_noise_counts_if_it_is_white(colour: float, is_noise: bool) -> None:
     rig, record = measured(1e-3)
-    columns = dict(record.columns)
-    columns["position_m"] = columns["position_m"] + 1e-4 * np.random.default_rng(6).standard_normal(
-        len(record)
-    )
-    noisy = replace(record, columns=columns)
-    floor = machine_floor([record, noisy], "position_m", rig)
-    assert floor == sensor_floor(noisy, "position_m", rig)
-    assert floor.value > FLOORS_DIFFER * sensor_floor(record, "position_m", rig).value
+    noisy = shaken(record, 1e-4, colour)
+    quiet_floor, noisy_floor = (sensor_floor(each, "position_m", rig) for each in (record, noisy))
+    assert noisy_floor.seen
+    assert noisy_floor.value > FLOORS_DIFFER * quiet_floor.value
+    expected = noisy_floor if is_noise else quiet_floor
+    assert machine_floor([record, noisy], "position_m", rig) == expected
