@@ -132,7 +132,7 @@ def test_motion_of_one_record_is_not_the_noise_of_a_machine() -> None:
     assert machine_floor([moving, moving], "position_m", rig) == floor
 
 
-@pytest.mark.parametrize(("colour", "is_noise"), [(0.0, True), (0.3, False)])
+@pytest.mark.parametrize(("colour", "is_noise"), [(0.0, True), (0.7, False)])
 def test_a_tenfold_noise_counts_if_it_is_white(colour: float, is_noise: bool) -> None:
     rig, record = measured(1e-3)
     noisy = shaken(record, 1e-4, colour)
