@@ -225,6 +225,9 @@ NOISE_OF_RANGE = 1e-3
 # Assumed noise of a pressure sensor that is not installed yet, share of the supply pressure. A
 # thousandth of its range is usual.
 DESIGN_PRESSURE_NOISE = 1e-3
+# Standard deviation of the time by which a logger takes a sample late, share of the sampling time:
+# 2 % at the most, evenly distributed.
+LATE = 0.02 / math.sqrt(12.0)
 
 
 def sensor_floor(record: Record, name: str, rig: Rig) -> NoiseFloor:
@@ -233,8 +236,9 @@ def sensor_floor(record: Record, name: str, rig: Rig) -> NoiseFloor:
     A load on its oil spring still moves at frequencies near the sampling rate of a slow record, so
     that differences of neighbouring samples show this motion. They are then an upper bound that is
     far too high: it would hide every effect. The floor is then what repeats or rests alone show.
-    Without them it is what the rig file tells of the sensor, or else the noise of a usual sensor,
-    but never more than the bound.
+    Without them it is what the rig file tells of the sensor, or else the noise of a usual sensor.
+    A sample is also late by a random time, LATE of the sampling time, which shows in motion only.
+    The floor is never more than the bound.
 
     Parameters
     ----------
@@ -250,10 +254,12 @@ def sensor_floor(record: Record, name: str, rig: Rig) -> NoiseFloor:
     if spring_hz is None or spring_hz * record.dt_s < SPRING_HIDES_NOISE:
         return floor_of(record, name)
     floor = floor_of(record, name, fast=False)
-    if floor.seen:
-        return floor
-    value = min(_expected(record, name, rig), floor.value)
-    return NoiseFloor(value, min(value, floor.low), max(value, floor.high), seen=False)
+    samples = record.column(name)
+    bound = max(floor.value, noise_floor(samples).value)
+    value = floor.value if floor.seen else min(_expected(record, name, rig), floor.value)
+    late = LATE * math.sqrt(float(np.mean(np.diff(samples) ** 2)))
+    value = min(math.hypot(value, late), bound)
+    return NoiseFloor(value, min(value, floor.low), max(value, floor.high), floor.seen)
 
 
 # The noise of one sensor differs by a tenth between records. A factor of three means that something

@@ -46,6 +46,12 @@ def test_a_record_that_follows_the_oil_spring_keeps_its_own_estimate() -> None:
     assert sensor_floor(record, "position_m", rig).seen
 
 
+def and_late(record: Record, name: str, noise: float) -> float:
+    """Noise of a sensor and of samples that are late by up to 2 % of the sampling time."""
+    late = 0.02 / np.sqrt(12.0) * np.sqrt(np.mean(np.diff(record.column(name)) ** 2))
+    return float(np.hypot(noise, late))
+
+
 @pytest.mark.parametrize("dt_s", [0.02, 0.05])
 def test_a_slow_record_has_the_noise_that_the_rig_file_tells(dt_s: float) -> None:
     rig, record = measured(dt_s)
@@ -54,9 +60,10 @@ def test_a_slow_record_has_the_noise_that_the_rig_file_tells(dt_s: float) -> Non
     assert spring_hz * dt_s > SPRING_HIDES_NOISE
     for name, key in (("position_m", "position_noise_m"), ("pressure_a_pa", "pressure_a_noise_pa")):
         floor = sensor_floor(record, name, rig)
-        assert floor.value == NOISE[key]
+        bound = floor_of(record, name).value
+        assert floor.value == pytest.approx(min(and_late(record, name, NOISE[key]), bound))
         # The differences show motion: they stay as the upper end.
-        assert floor.high >= floor_of(record, name).value > NOISE[key]
+        assert floor.high >= bound > NOISE[key]
         assert floor.low <= floor.value
         assert not floor.seen
 
@@ -74,7 +81,8 @@ def test_a_slow_record_without_stated_noise_has_that_of_usual_sensors() -> None:
         "spool": NOISE_OF_RANGE * float(np.ptp(record.column("spool"))),
     }
     for name, value in expected.items():
-        assert sensor_floor(record, name, rig).value == pytest.approx(value)
+        floor = sensor_floor(record, name, rig)
+        assert floor.value == pytest.approx(and_late(record, name, value))
 
 
 def test_the_estimate_from_the_record_is_never_exceeded() -> None:
@@ -111,17 +119,15 @@ def test_stretches_at_rest_show_the_noise_at_any_sampling() -> None:
     assert floor_of(still, "position_m").value > 1e-4
     # The rms of 120 samples at rest scatters by 6 %.
     floor = sensor_floor(still, "position_m", rig)
-    assert floor.value == pytest.approx(1e-5, rel=0.2)
+    assert floor.value == pytest.approx(and_late(still, "position_m", 1e-5), rel=0.2)
     assert floor.seen
 
 
 def test_motion_of_one_record_is_not_the_noise_of_a_machine() -> None:
-    rig, record = measured(0.05, {})
+    rig, record = measured(0.05, {"position_noise_m": 1e-4})
     moving = shaken(record, 1e-3)
-    still, quiet = at_rest(record, 1e-5), at_rest(record, 5e-6)
+    still, quiet = at_rest(record, 5e-5), at_rest(record, 5e-6)
     floor = sensor_floor(moving, "position_m", rig)
-    # Nothing tells the noise of this sensor but what is usual.
-    assert floor.value == pytest.approx(NOISE_OF_STROKE * rig.values["cylinder.stroke_m"])
     assert floor.value > FLOORS_DIFFER * sensor_floor(quiet, "position_m", rig).value
     assert machine_floor([moving, quiet], "position_m", rig) == sensor_floor(
         quiet, "position_m", rig
