@@ -12,8 +12,11 @@ of twice the rate differs from the mean of its neighbours by about
 as each halving of the distance makes such differences smaller by the same ratio: 1/4 for a smooth
 command, 1/sqrt(2) for a random walk. On 16 records of eight generated machines r was 0.7 to 2.1
 times the true ratio. The simulator is run with such commands, of random signs. The power of the
-difference from its run with the mean course, times (2 b)^2, is tolerated in each octave beside the
-share of the motion: nothing of it where the records show that the command is held.
+difference from its run with the mean course is tolerated in each octave beside the share of the
+motion, where the command moves between the samples at all: a controller either holds it or sends
+at least two for each sample. A fitted b lies between the two, because a spool that is faster than
+the true one looks alike: on 26 generated machines with two commands for each sample it was 0.02
+to 1, on 150 with one it was below 0.1 on all but 9.
 """
 
 from __future__ import annotations
@@ -32,7 +35,7 @@ from .problem import CENTRED, Problem
 
 NAME = "nuisance.between_samples"
 # A move by less than this share of a step is none: fits of held commands end below it.
-LEAST_MOVE = 0.05
+LEAST_MOVE = 0.1
 # Runs with signs of their own, of which the mean power counts; and the seed of the signs.
 RUNS = 2
 SEED = 20
@@ -44,10 +47,7 @@ def unknown_command_power(problem: Problem, x: FloatArray) -> Mapping[str, Float
     problem, x: the fit that tells whether the command moves between samples.
     """
     places = [i for i, each in enumerate(problem.parameters) if each.name == NAME]
-    if not places:
-        return {}
-    share = min(2.0 * float(x[places[0]]), 1.0)
-    if share < 2.0 * LEAST_MOVE:
+    if not places or x[places[0]] < LEAST_MOVE:
         return {}
     values = problem.plant_values(x)
     place = list(plant_parameters()).index(NAME)
@@ -72,7 +72,7 @@ def unknown_command_power(problem: Problem, x: FloatArray) -> Mapping[str, Float
                     problem.spectrum.transform(difference, differences=name == CENTRED)
                 )
             )
-    unknown = {name: share**2 * np.mean(of_runs, axis=0) for name, of_runs in powers.items()}
+    unknown = {name: np.mean(of_runs, axis=0) for name, of_runs in powers.items()}
     if all((power <= problem.likelihoods[name].tolerated).all() for name, power in unknown.items()):
         return {}  # the log is fast enough for these commands
     return unknown
