@@ -3,12 +3,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import gap_cases as made
 import numpy as np
 import pytest
 
+from ehsid.harness.base.numbers import FloatArray
 from ehsid.harness.diagnosis.deciding import LEAST_SHARE
-from ehsid.harness.diagnosis.model.between_samples import LEAST_MOVE, NAME
+from ehsid.harness.diagnosis.model.between_samples import (
+    LEAST_MOVE,
+    NAME,
+    unknown_command_power,
+)
 from ehsid.harness.diagnosis.model.case import Case, make_case
 from ehsid.harness.diagnosis.search.candidates import FittedCandidate, calibrate
 from ehsid.harness.diagnosis.search.score import left, share_of_tolerance
@@ -64,6 +71,24 @@ def test_a_command_that_is_held_is_found_to_be_and_nothing_more_is_tolerated() -
 
 def test_two_commands_a_sample_move_by_half_of_the_way(twice: Calibration) -> None:
     assert move(*twice) == pytest.approx(0.5, abs=0.15)
+
+
+def test_unknown_commands_count_whole_or_not_at_all(twice: Calibration) -> None:
+    """A controller sends no part of a command: a move of a fifth is one that the fit sees badly."""
+    case, candidate = twice
+    problem = case.problem()
+    place = [parameter.name for parameter in problem.parameters].index(NAME)
+
+    def power(share: float) -> Mapping[str, FloatArray]:
+        x = candidate.x.copy()
+        x[place] = share
+        return unknown_command_power(problem, x)
+
+    assert power(0.9 * LEAST_MOVE) == {}
+    few, many = power(0.2), power(0.6)
+    assert set(few) == set(many) == set(case.outputs)
+    for name, powers in few.items():
+        assert np.array_equal(powers, many[name]), name
 
 
 def test_what_is_tolerated_is_no_less_than_what_unknown_commands_do(twice: Calibration) -> None:
