@@ -33,7 +33,6 @@ from ..signals.simulation.run import noise_sigma
 from .data.floor import DESIGN_PRESSURE_NOISE, NoiseFloor
 from .data.gate import MOVES
 from .limits import Limits
-from .model.fit import ITERATIONS
 from .model.separation import CandidateModel, Separation, separations
 from .schema import NEXT_EXPERIMENT, NextExperiment
 
@@ -140,9 +139,9 @@ def simulate_experiment(
     return Experiment(entry.description.format(speed=speed, size=100.0 * size), record)
 
 
-# Iterations of a fit on each entry of the menu. The best entries are then fitted as in the
-# diagnosis.
-DESIGN_ITERATIONS = 4
+# Iterations of a fit on each entry of the menu. The best entries are then fitted to the end: a fit
+# that stops early leaves errors that look like a separation.
+DESIGN_ITERATIONS, LAST_ITERATIONS = 4, 40
 DESIGN_FINALISTS = 6
 # With a power of nineteen in twenty, no sensor needs to be bought.
 DESIGN_POWER = 0.95
@@ -281,7 +280,7 @@ def _most_powerful(
     for begin in range(0, min(len(experiments), DESIGN_FINALISTS), PARALLEL_FITS):
         finalists = [experiments[i] for i in order[begin : begin + PARALLEL_FITS]]
         finals = run_together(
-            [partial(weakest, experiment, iterations=ITERATIONS) for experiment in finalists]
+            [partial(weakest, experiment, iterations=LAST_ITERATIONS) for experiment in finalists]
         )
         found += zip(finals, finalists, strict=True)
         if max(final.power for final, _ in found) >= DESIGN_POWER:
