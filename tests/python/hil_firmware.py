@@ -5,6 +5,7 @@ import os
 import subprocess
 from pathlib import Path
 
+import pytest
 from sources import ROOT
 
 # By gcc for `script/test --quick`, by clang for the whole: the one that was built last.
@@ -51,3 +52,12 @@ class HostDevice:
     def close(self) -> None:
         self._process.kill()
         self._process.communicate()
+
+
+def on_host() -> HostDevice:
+    """The firmware of this host; the test is skipped where it is not built."""
+    if not ON_HOST.exists():
+        pytest.skip(
+            "no firmware for this host; build it: cmake --preset dev && cmake --build --preset dev"
+        )
+    return HostDevice()

@@ -7,11 +7,10 @@ from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
-import hil_firmware
 import numpy as np
 import pytest
 from estimating_target import EstimatingTarget
-from hil_firmware import HostDevice
+from hil_firmware import on_host
 from hil_runs import NEVER_MS, PATIENT, TIMEOUT_S, configuration
 from hil_target import FakeDevice
 from sources import ROOT
@@ -58,11 +57,7 @@ def run(line: Line, plan: Plan, folder: Path) -> RunResult:
 
 @pytest.fixture(scope="module")
 def firmware() -> Iterator[Line]:
-    if not hil_firmware.ON_HOST.exists():
-        pytest.skip(
-            "no firmware for this host; build it: cmake --preset dev && cmake --build --preset dev"
-        )
-    with relayed(HostDevice()) as relay, open_line(relay.port) as line:
+    with relayed(on_host()) as relay, open_line(relay.port) as line:
         yield line
 
 

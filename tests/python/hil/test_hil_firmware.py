@@ -9,7 +9,7 @@ from dataclasses import replace
 import hil_firmware
 import numpy as np
 import pytest
-from hil_firmware import ON_TARGET, HostDevice
+from hil_firmware import ON_TARGET, on_host
 from hil_line import Seeded
 from hil_runs import (
     CONTROLLER,
@@ -34,14 +34,6 @@ from ehsid.hil.session import Session
 from ehsid.hil.transport import EmulatedDevice, Line, open_line
 
 SAMPLES = 40
-
-
-def on_host() -> Device:
-    if not hil_firmware.ON_HOST.exists():
-        pytest.skip(
-            "no firmware for this host; build it: cmake --preset dev && cmake --build --preset dev"
-        )
-    return HostDevice()
 
 
 def emulated() -> Device:

@@ -6,10 +6,9 @@ from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
 
-import hil_firmware
 import numpy as np
 import pytest
-from hil_firmware import HostDevice
+from hil_firmware import on_host
 from hil_line import Seeded
 from hil_runs import PATIENT, TIMEOUT_S
 from hil_target import FakeDevice, Target
@@ -41,11 +40,7 @@ NEVER_MS = 60_000
 
 @pytest.fixture(scope="module")
 def bench() -> Iterator[tuple[Relay, Line]]:
-    if not hil_firmware.ON_HOST.exists():
-        pytest.skip(
-            "no firmware for this host; build it: cmake --preset dev && cmake --build --preset dev"
-        )
-    with relayed(HostDevice()) as relay, open_line(relay.port) as line:
+    with relayed(on_host()) as relay, open_line(relay.port) as line:
         yield relay, line
 
 

@@ -15,7 +15,7 @@ from pathlib import Path
 
 import hil_firmware
 import pytest
-from hil_firmware import HostDevice
+from hil_firmware import on_host
 from interrupts import interruptible
 from published_schemas import check_file
 from sources import ROOT
@@ -36,11 +36,7 @@ SAFE_BODY = struct.Struct("<HIf")
 
 @pytest.fixture
 def relay() -> Iterator[Relay]:
-    if not hil_firmware.ON_HOST.exists():
-        pytest.skip(
-            "no firmware for this host; build it: cmake --preset dev && cmake --build --preset dev"
-        )
-    with relayed(HostDevice()) as made:
+    with relayed(on_host()) as made:
         yield made
 
 
