@@ -58,10 +58,10 @@ class Emulator:
             monitor.write(b"system_reset\n")
             monitor.flush()
 
-    def last_words(self, within_s: float = 1.0) -> str | None:
-        """Returns the messages of QEMU if it ends by itself within this time, s; otherwise None."""
+    def last_words(self) -> str | None:
+        """Returns the messages of QEMU if it ends by itself within a second; otherwise None."""
         try:
-            code = self._process.wait(within_s)
+            code = self._process.wait(1.0)
         except subprocess.TimeoutExpired:
             return None
         self._said.seek(0)

@@ -147,9 +147,7 @@ def result_files(
         yield from _placed(exchange)
 
 
-def check_result_folder(
-    folder: Path, result: str, names: Sequence[str], inputs: Iterable[Path] = ()
-) -> None:
+def check_result_folder(folder: Path, result: str, names: Sequence[str]) -> None:
     """Checks what `result_folder` checks before its block, and leaves the folder as it is.
 
     Raises
@@ -157,7 +155,7 @@ def check_result_folder(
     ValueError
         as `result_folder`.
     """
-    with _opened(folder, folder, result, names, inputs):
+    with _opened(folder, folder, result, names, ()):
         pass
 
 

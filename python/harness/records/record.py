@@ -184,7 +184,6 @@ def make_record(
     *,
     name: str = "record",
     source: Path | None = None,
-    sha256: str | None = None,
     first_row: int = 1,
     origin: Origin | None = None,
 ) -> Record:
@@ -199,8 +198,6 @@ def make_record(
         name of the record.
     source
         file from which the columns were read.
-    sha256
-        SHA-256 hex digest of that file.
     first_row
         row number of the first sample in messages (2 for CSV, whose row 1 is the header).
     origin
@@ -236,7 +233,6 @@ def make_record(
         jitter=base.jitter if base else None,
         gaps=base.gaps if base else (),
         source=source,
-        sha256=sha256,
         origin=origin,
     )
 

@@ -281,7 +281,7 @@ def _inside(place: float) -> float:
     return min(100.0, max(0.0, place))
 
 
-def share_bar(label: str, share: Estimate | float, kind: str = "", note: str = "") -> Bar:
+def share_bar(label: str, share: Estimate | float, note: str = "") -> Bar:
     """Returns the bar of a share in [0, 1], with its interval if the share is an `Estimate`."""
     low: float | None = None
     high: float | None = None
@@ -291,7 +291,7 @@ def share_bar(label: str, share: Estimate | float, kind: str = "", note: str = "
         note = f"{percent_ends(share)}{', ' if note else ''}{note}"
     else:
         shown, value = percent(share), share
-    return Bar(label, shown, _inside(100.0 * value), kind, low, high, note)
+    return Bar(label, shown, _inside(100.0 * value), "", low, high, note)
 
 
 def gap_bars(gap: HowFar, kinds: Sequence[str]) -> list[Bar]:
