@@ -112,4 +112,7 @@ MOVED_FIT = 2.0
 # the lower end of the interval.
 NEAR_FLOOR = 3.0
 NEAR_GAP = 0.05
+# Evidence that nothing is missing, nats, where the gap as configured is within NEAR_GAP: of 42
+# generated machines without a missing effect 8 had such a gap, of 167 with known effects 3.
+AGREES = 2.4
 LEAST_GAIN = 0.25

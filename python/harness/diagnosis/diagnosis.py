@@ -18,7 +18,7 @@ from ..rigs import Rig
 from ..rigs.rig import table_subsystem
 from .data.gate import gate, usable_part
 from .data.regimes import BOOTSTRAP_SEED, Regimes, visited
-from .deciding import FIT_TOGETHER, WORSE_HELD_OUT, WORSENED
+from .deciding import FIT_TOGETHER, NEAR_GAP, WORSE_HELD_OUT, WORSENED
 from .decision import results
 from .decision.effect_selection import Selection, percent, select_effects
 from .decision.hypotheses import SHOWN, posterior
@@ -453,9 +453,13 @@ def _evaluate(
     first = probabilities.sets[0]
     drift = values_that_drift(case, first.fit)
     speaking = bool(results.worse_outputs(reduction)) + (drift is not None)
+    agrees = reduction.nominal <= NEAR_GAP
+    if agrees:
+        probabilities = probabilities.with_agreement()
     if speaking:
         beside = () if drift is None else first.effects
         probabilities = probabilities.with_evidence(speaking * WORSENED, beside)
+    if agrees or speaking:
         selection = select_effects(search_result, probabilities, unnamed=bool(inside))
         if selection.best is not best:
             best = selection.best

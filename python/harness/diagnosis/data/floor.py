@@ -235,10 +235,10 @@ def sensor_floor(record: Record, name: str, rig: Rig) -> NoiseFloor:
 
     A load on its oil spring still moves at frequencies near the sampling rate of a slow record, so
     that differences of neighbouring samples show this motion. They are then an upper bound that is
-    far too high: it would hide every effect. The floor is then what repeats or rests alone show.
-    Without them it is what the rig file tells of the sensor, or else the noise of a usual sensor.
-    A sample is also late by a random time, LATE of the sampling time, which shows in motion only.
-    The floor is never more than the bound.
+    far too high: it would hide every effect. The floor is then what repeats or rests alone show,
+    and what samples do that are late by a random time, LATE of the sampling time, which rests do
+    not show. Without repeats and rests it is what the rig file tells of the sensor, or else the
+    noise of a usual sensor. It is never more than the bound.
 
     Parameters
     ----------
@@ -254,11 +254,13 @@ def sensor_floor(record: Record, name: str, rig: Rig) -> NoiseFloor:
     if spring_hz is None or spring_hz * record.dt_s < SPRING_HIDES_NOISE:
         return floor_of(record, name)
     floor = floor_of(record, name, fast=False)
-    samples = record.column(name)
-    bound = max(floor.value, noise_floor(samples).value)
-    value = floor.value if floor.seen else min(_expected(record, name, rig), floor.value)
-    late = LATE * math.sqrt(float(np.mean(np.diff(samples) ** 2)))
-    value = min(math.hypot(value, late), bound)
+    if floor.seen:
+        samples = record.column(name)
+        late = LATE * math.sqrt(float(np.mean(np.diff(samples) ** 2)))
+        bound = max(floor.value, noise_floor(samples).value)
+        value = min(math.hypot(floor.value, late), bound)
+    else:
+        value = min(_expected(record, name, rig), floor.value)
     return NoiseFloor(value, min(value, floor.low), max(value, floor.high), floor.seen)
 
 

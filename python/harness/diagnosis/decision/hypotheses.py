@@ -3,7 +3,7 @@
 
 | hypothesis | score u, nats |
 |---|---|
-| nothing is missing | -EVIDENCE left, with the values of the rig fitted |
+| nothing is missing | -EVIDENCE left with fitted values, + AGREES for a small gap as configured |
 | a set of effects | that of `search.score` |
 | a law without a name | that of its fit, with its prior cost (`laws.choosing`) |
 | a cause outside of the catalogue, unknown | that below, and what else speaks for it |
@@ -48,6 +48,7 @@ from scipy.special import expit
 from ...base.numbers import FloatArray
 from ...catalogue.families import effect_families, law_count
 from ..deciding import (
+    AGREES,
     EFFECT,
     EVIDENCE,
     FALSE_ALARM,
@@ -105,6 +106,8 @@ class Posterior:
     """Most probable first."""
     share: float = 1.0
     """Share of the tolerance with which the errors were counted, see `share_of_tolerance`."""
+    agreement: float = 0.0
+    """Evidence that nothing is missing, in its score, nats: AGREES, or none."""
 
     @property
     def sets(self) -> tuple[Hypothesis, ...]:
@@ -151,7 +154,14 @@ class Posterior:
                 for each in self.hypotheses
             ],
             self.share,
+            self.agreement,
         )
+
+    def with_agreement(self) -> Posterior:
+        """Returns the probabilities where the simulator as configured nearly agrees."""
+        sound = self.healthy
+        others = [each for each in self.hypotheses if each is not sound]
+        return weighed([*others, replace(sound, score=sound.score + AGREES)], self.share, AGREES)
 
     def with_laws(self, laws: Sequence[tuple[Sequence[str], float]]) -> Posterior:
         """Returns the probabilities with laws without a name as further hypotheses.
@@ -159,21 +169,24 @@ class Posterior:
         laws: of each the effects beside it, and its evidence against the rig without effects, nats,
         its prior cost included.
         """
-        nothing = self.healthy.score
+        nothing = self.healthy.score - self.agreement
         further = [
             Hypothesis("law", nothing + evidence, tuple(effects)) for effects, evidence in laws
         ]
-        return weighed([*self.hypotheses, *further], self.share)
+        return weighed([*self.hypotheses, *further], self.share, self.agreement)
 
 
-def weighed(hypotheses: Sequence[Hypothesis], share: float = 1.0) -> Posterior:
+def weighed(
+    hypotheses: Sequence[Hypothesis], share: float = 1.0, agreement: float = 0.0
+) -> Posterior:
     """Returns hypotheses with the probabilities that follow from their scores."""
     probabilities = probabilities_of(np.array([each.score for each in hypotheses]))
     with_their_own = [
         replace(each, probability=probability)
         for each, probability in zip(hypotheses, probabilities.tolist(), strict=True)
     ]
-    return Posterior(tuple(sorted(with_their_own, key=lambda each: -each.probability)), share)
+    ranked = sorted(with_their_own, key=lambda each: -each.probability)
+    return Posterior(tuple(ranked), share, agreement)
 
 
 def probabilities_of(scores: FloatArray, constants: Constants = IN_USE) -> FloatArray:

@@ -22,6 +22,7 @@ from ehsid.harness.catalogue.families import (
     spelled_out,
 )
 from ehsid.harness.diagnosis.deciding import (
+    AGREES,
     EFFECT,
     EVIDENCE,
     FORCE_DEVIATIONS,
@@ -102,6 +103,28 @@ def test_effects_beside_which_a_cause_outside_is_seen_have_its_probability() -> 
     assert seen.outside == found.with_evidence(3.0).outside > found.outside
     of_sets = sum(each.probability for each in seen.sets if "sensor_lag" in each.effects)
     assert seen.of_effect("sensor_lag") == pytest.approx(of_sets + seen.outside)
+
+
+@given(sizes=ALL_RMS, law=st.floats(-3.0, 3.0), outside=st.floats(0.0, 3.0))
+def test_a_small_gap_as_configured_speaks_for_nothing_missing_and_for_nothing_else(
+    sizes: list[float], law: float, outside: float
+) -> None:
+    """A law, and further evidence, count as they do without it, in any order."""
+    found = posterior(CASE, *candidates(sizes))
+    agreed = found.with_agreement()
+
+    def scores(of: Posterior) -> dict[tuple[str, tuple[str, ...]], float]:
+        return {(each.kind, each.effects): each.score for each in of.hypotheses}
+
+    more = scores(found.with_laws([(("sensor_lag",), law)]).with_evidence(outside))
+    more["nothing", ()] += AGREES
+    for after in (
+        agreed.with_laws([(("sensor_lag",), law)]).with_evidence(outside),
+        agreed.with_evidence(outside).with_laws([(("sensor_lag",), law)]),
+    ):
+        assert scores(after) == pytest.approx(more, rel=1e-12, abs=1e-12)
+        assert after.share == found.share
+    assert agreed.healthy.probability >= found.healthy.probability
 
 
 @given(less=LEFT, more=st.floats(1e-3, 5.0), effects=st.integers(0, 3), small=st.floats(0.0, 3.0))
