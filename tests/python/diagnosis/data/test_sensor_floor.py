@@ -118,6 +118,17 @@ def test_stretches_at_rest_show_the_noise_at_any_sampling() -> None:
     assert floor.seen
 
 
+def test_samples_that_could_be_late_add_no_more_than_the_record_shows() -> None:
+    """A slow motion leaves nothing in the differences, so that they show what each sample does."""
+    rig, record = measured(0.05, {})
+    slow = 0.1 * np.sin(2.0 * np.pi * 0.3 * 0.05 * np.arange(len(record)))
+    moving = shaken(replace(record, columns={**record.columns, "position_m": slow}), 1e-5)
+    still = at_rest(moving, 1e-5)
+    late = 0.02 / np.sqrt(12.0) * np.sqrt(np.mean(np.diff(still.column("position_m")) ** 2))
+    assert late > 3e-5
+    assert sensor_floor(still, "position_m", rig).value == pytest.approx(1e-5, rel=0.2)
+
+
 def test_motion_of_one_record_is_not_the_noise_of_a_machine() -> None:
     rig, record = measured(0.05, {"position_noise_m": 1e-4})
     moving = shaken(record, 1e-3)

@@ -123,7 +123,7 @@ def test_a_small_gap_as_configured_speaks_for_nothing_missing_and_for_nothing_el
         agreed.with_evidence(outside).with_laws([(("sensor_lag",), law)]),
     ):
         assert scores(after) == pytest.approx(more, rel=1e-12, abs=1e-12)
-        assert after.share == found.share
+        assert (after.share, after.agreement) == (found.share, AGREES)
     assert agreed.healthy.probability >= found.healthy.probability
 
 
