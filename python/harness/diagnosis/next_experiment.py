@@ -33,7 +33,7 @@ from ..signals.simulation.run import noise_sigma
 from .data.floor import DESIGN_PRESSURE_NOISE, NoiseFloor
 from .data.gate import MOVES
 from .limits import Limits
-from .model.separation import CandidateModel, Separation, separations
+from .model.separation import LAST_ITERATIONS, CandidateModel, Separation, separations
 from .schema import NEXT_EXPERIMENT, NextExperiment
 
 # Duration of an experiment, s: long enough for fifteen windows, and short enough to run several of
@@ -139,9 +139,8 @@ def simulate_experiment(
     return Experiment(entry.description.format(speed=speed, size=100.0 * size), record)
 
 
-# Iterations of a fit on each entry of the menu. The best entries are then fitted to the end: a fit
-# that stops early leaves errors that look like a separation.
-DESIGN_ITERATIONS, LAST_ITERATIONS = 4, 40
+# Steps of a fit on each entry of the menu. The best entries are then fitted to the end.
+DESIGN_ITERATIONS = 4
 DESIGN_FINALISTS = 6
 # With a power of nineteen in twenty, no sensor needs to be bought.
 DESIGN_POWER = 0.95

@@ -116,7 +116,7 @@ def floor_of(record: Record, name: str, fast: bool = True) -> NoiseFloor:
     name
         name of the column.
     fast
-        whether the sampling is known to be too fast for the motion to show in the differences.
+        False where the sampling is known to be so slow that the differences show the motion.
 
     Raises
     ------
@@ -226,7 +226,7 @@ NOISE_OF_RANGE = 1e-3
 # thousandth of its range is usual.
 DESIGN_PRESSURE_NOISE = 1e-3
 # Standard deviation of the time by which a logger takes a sample late, share of the sampling time:
-# 2 % at the most, evenly distributed.
+# evenly distributed up to 2 %, as in the generated records with the least even sampling.
 LATE = 0.02 / math.sqrt(12.0)
 
 

@@ -30,7 +30,7 @@ from ...rigs import Rig
 from ...signals.simulation import simulate
 from ..deciding import EVIDENCE
 from .comparison import Compared, compare
-from .fit import ITERATIONS, SUBSTEPS, fit, step_inside
+from .fit import SUBSTEPS, fit, step_inside
 from .linear import Linear
 from .parameters import Parameter, calibration_parameters, effect_parameters
 from .problem import Problem
@@ -42,6 +42,8 @@ SEPARATED_NATS = 5.0
 # The best candidate must explain its own record: its errors of integration must stay below a
 # hundredth of the motion, or below the noise.
 DESIGN_ERROR = 0.01
+# Steps of a fit to its end: one that stops early leaves errors that look like a separation.
+LAST_ITERATIONS = 40
 
 # A candidate: its effects, and its values of the plant by full name.
 CandidateModel = tuple[tuple[str, ...], Mapping[str, float]]
@@ -85,7 +87,7 @@ def separations(
     record: Record,
     floors: Mapping[str, float],
     *,
-    iterations: int = ITERATIONS,
+    iterations: int = LAST_ITERATIONS,
 ) -> list[Separation]:
     """Computes the evidence by which a record separates each candidate from the best one.
 

@@ -21,6 +21,9 @@ from ehsid.harness.diagnosis.data.floor import (
     sensor_floor,
 )
 from ehsid.harness.diagnosis.data.repeats import oil_spring_hz
+from ehsid.harness.diagnosis.model.case import make_case
+from ehsid.harness.diagnosis.traces.findings import prepared
+from ehsid.harness.diagnosis.traces.match import Matched
 from ehsid.harness.records import Record
 from ehsid.harness.rigs import Rig, read_rig
 from ehsid.harness.signals.excitation import multisine
@@ -153,3 +156,14 @@ def test_a_tenfold_noise_counts_if_it_is_white(colour: float, is_noise: bool) ->
     assert noisy_floor.value > FLOORS_DIFFER * quiet_floor.value
     expected = noisy_floor if is_noise else quiet_floor
     assert machine_floor([record, noisy], "position_m", rig) == expected
+
+
+def test_cases_and_traces_have_the_noise_of_the_machine() -> None:
+    rig, record = measured(1e-3)
+    records = [record, shaken(record, 1e-4, 0.7)]
+    expected = machine_floor(records, "position_m", rig)
+    assert expected != sensor_floor(records[1], "position_m", rig)
+    assert make_case(rig, records, records).floors["position_m"] == expected
+    trace = {"position_m": record.column("position_m")}
+    data = prepared([Matched(each, trace) for each in records], rig)
+    assert data.floors["position_m"] == expected
