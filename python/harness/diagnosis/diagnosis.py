@@ -12,10 +12,11 @@ from msgspec.structs import replace as replace_part
 
 from ..base.error_words import error_words
 from ..base.parallel import Progress, single_threaded_algebra
+from ..catalogue.channels import TIME
 from ..catalogue.spellings import ParameterKey
 from ..records import Record
 from ..rigs import Rig
-from ..rigs.rig import table_subsystem
+from ..rigs.rig import table_subsystem, table_words
 from .data.gate import gate, usable_part
 from .data.regimes import BOOTSTRAP_SEED, Regimes, visited
 from .deciding import FIT_TOGETHER, NEAR_GAP, WORSE_HELD_OUT, WORSENED
@@ -29,6 +30,7 @@ from .laws.choosing import SPRINGS, LawsFound, missing_laws, shows_linkage
 from .laws.drifting import Drift, values_that_drift
 from .laws.fitting import equation_shares
 from .laws.forms import sentence
+from .laws.wandering import what_wanders
 from .limits import Limits
 from .model import between_samples
 from .model.case import Case, make_case
@@ -36,7 +38,7 @@ from .model.comparison import BLOCK_S
 from .model.differences import SimulatorEngine
 from .next_experiment import limits_of, next_experiment
 from .options import DEFAULTS, DiagnosisOptions
-from .result import Diagnosis, HeldOutRun, Stage, UnknownInput, insufficient
+from .result import Diagnosis, HeldOutRun, Stage, UnknownInput, Wandering, insufficient
 from .schema import (
     NOWHERE,
     SKIP_S,
@@ -267,6 +269,7 @@ def _diagnose(
         settings=_settings(case, options),
         seconds=time.monotonic() - began,
         unknown_inputs=unknown_inputs,
+        wandering=evaluation.told_wandering,
         could_be_seen=seen,
         law_forms=() if laws is None else laws.forms,
         next_record=next_record,
@@ -299,7 +302,18 @@ def _located(
     case, found, laws = evaluation.case, evaluation.search_result, evaluation.laws
     selection = evaluation.selection
     best = selection.best
+    missing = [
+        (table_subsystem(each.law.adds_to, each.law.of), each.share_of_shrinkage)
+        for each in (() if laws is None else laws.laws)
+    ]
+    shares = {effect.id: effect.share_of_shrinkage for effect in effects}
+    wandering = evaluation.told_wandering
     try:
+        if wandering is not None:
+            removed = max(left(case, found.calibrated) - left(case, best), 0.0)
+            of_wandering = wandering.gain / (wandering.gain + removed)
+            missing = [(table_subsystem(wandering.adds_to, TIME), of_wandering)]
+            shares = {name: (1.0 - of_wandering) * share for name, share in shares.items()}
         equations, unknown_inputs = (
             equation_shares(case, found.calibrated, pace.within)
             if case.engine is None
@@ -310,11 +324,8 @@ def _located(
             found.calibrated,
             best,
             equations=equations,
-            shares={effect.id: effect.share_of_shrinkage for effect in effects} or None,
-            laws=[
-                (table_subsystem(each.law.adds_to, each.law.of), each.share_of_shrinkage)
-                for each in (() if laws is None else laws.laws)
-            ],
+            shares=shares or None,
+            laws=missing,
             others=[
                 (other.effects, selection.probability(other) / selection.probability(best))
                 for other in selection.equivalent
@@ -374,6 +385,8 @@ class _Evaluation:
     """Values of a user's simulator that could stand in for what it cannot be given."""
     drift: Drift | None = None
     """Values that change in the course of the records, beside the most probable set."""
+    wandering: Wandering | None = None
+    """What follows the time alone beside that set, where no value drifts."""
 
     @cached_property
     def decision(self) -> Decision:
@@ -381,7 +394,8 @@ class _Evaluation:
         nuisance_fit = None
         if not self.selection.best.effects:
             nuisance_fit = calibrate_nuisances(self.case, self.search_result.calibrated)
-        decision = decide(
+        # A law that is found explains more.
+        return decide(
             self.case,
             self.search_result,
             self.selection,
@@ -390,12 +404,21 @@ class _Evaluation:
             self.hardly_shown,
             nuisance_fit,
             self.step,
-            "" if self.laws is None else sentence(self.laws.laws),
+            missing="" if self.laws is None else sentence(self.laws.laws),
+            changing=self._changing() if self.laws is None else "",
         )
-        # A law that is found explains more than the drift.
-        if self.drift is None or self.laws is not None or decision.verdict != OUTSIDE:
-            return decision
-        return replace(decision, sentence=f"{decision.sentence} {self.drift.sentence}")
+
+    def _changing(self) -> str:
+        """What changes with the time, in words."""
+        if self.wandering is not None:
+            words = table_words(self.wandering.adds_to, TIME)
+            return f"The simulator lacks a term: {words}. It {self.wandering.looks_like}."
+        return "" if self.drift is None else self.drift.sentence
+
+    @property
+    def told_wandering(self) -> Wandering | None:
+        """What wanders, where it is what is told of the cause."""
+        return self.wandering if self.laws is None and self.decision.verdict == OUTSIDE else None
 
 
 def _log_case(case: Case) -> None:
@@ -452,12 +475,14 @@ def _evaluate(
     )
     first = probabilities.sets[0]
     drift = values_that_drift(case, first.fit)
-    speaking = bool(results.worse_outputs(reduction)) + (drift is not None)
+    wandering = what_wanders(case, first.fit) if drift is None else None
+    changes = drift is not None or wandering is not None
+    speaking = bool(results.worse_outputs(reduction)) + changes
     agrees = reduction.nominal <= NEAR_GAP
     if agrees:
         probabilities = probabilities.with_agreement()
     if speaking:
-        beside = () if drift is None else first.effects
+        beside = first.effects if changes else ()
         probabilities = probabilities.with_evidence(speaking * WORSENED, beside)
     if agrees or speaking:
         selection = select_effects(search_result, probabilities, unnamed=bool(inside))
@@ -482,6 +507,7 @@ def _evaluate(
         step,
         inside=inside,
         drift=drift,
+        wandering=wandering,
     )
 
 

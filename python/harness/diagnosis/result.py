@@ -13,9 +13,10 @@ import numpy.typing as npt
 import ehsid
 
 from ..base.encoding import to_plain
-from ..base.numbers import FloatArray
+from ..base.numbers import FloatArray, plain_number
 from ..records import Record
 from ..rigs import Rig
+from ..rigs.rig import OF_TERM
 from .schema import (
     NOT_COMPARED,
     NOWHERE,
@@ -69,6 +70,29 @@ class UnknownInput:
     """The variable of which it is most nearly a smooth function, and its values, shape (M,)."""
     explained: float
     """Share of the squares that such a function has, 0 to 1."""
+
+
+@dataclass(frozen=True, eq=False)
+class Wandering:
+    """A term that an equation lacks and that follows the time alone, another one in each record."""
+
+    adds_to: str
+    """Name of the equation, as in a table of a rig file."""
+    gain: float
+    """By which the errors become smaller in the fitted or in the held-out data, ln on the average,
+    whichever is less."""
+    curves: Mapping[str, tuple[FloatArray, FloatArray]]
+    """By name of the record: the middle of each window, s, and the term there, in SI units."""
+
+    @property
+    def looks_like(self) -> str:
+        """How far the term goes, in words that follow "it"."""
+        unit, scale = OF_TERM[self.adds_to]
+        furthest = scale * max(float(np.ptp(value)) for _, value in self.curves.values())
+        return (
+            f"wanders over {plain_number(furthest, 3)} {unit} in the course of a record, whatever "
+            "the motion is"
+        )
 
 
 @dataclass(frozen=True, eq=False)
@@ -156,6 +180,8 @@ class Diagnosis:
     """Duration of the diagnosis, s."""
     unknown_inputs: tuple[UnknownInput, ...] = ()
     """What the equations with a large share lack over the time."""
+    wandering: Wandering | None = None
+    """A term that follows the time alone; it is looked for where no value of the rig drifts."""
     could_be_seen: tuple[CouldBeSeen, ...] = ()
     """For the effects that are not named: from which size on the records would have shown them;
     empty for a user's simulator, whose runs are dear, and where the data are insufficient."""

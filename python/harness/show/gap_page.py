@@ -37,6 +37,7 @@ from .which_section import (
     experiment_steps,
     experiment_words,
     missing_law_section,
+    wandering_section,
     which_section,
 )
 
@@ -80,6 +81,7 @@ def render_diagnosis(diagnosis: Diagnosis, records: Sequence[RecordLine], rig_fi
         where_section(diagnosis),
         which_section(diagnosis),
         missing_law_section(diagnosis.missing_laws, diagnosis.law_forms),
+        wandering_section(diagnosis.wandering),
         _next(diagnosis, records, rig_file),
         _signals(diagnosis, kinds),
         _values(diagnosis),

@@ -12,12 +12,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from typing import Any
 
 import numpy as np
 from bokeh.models import (
     BoxZoomTool,
     ColumnDataSource,
     CrosshairTool,
+    GlyphRenderer,
     HoverTool,
     Legend,
     LegendItem,
@@ -173,6 +175,37 @@ def quiet_axes(made: figure) -> None:
         axis.axis_label_text_font_style = "normal"
         axis.major_label_text_font_size = "11px"
         axis.minor_tick_line_color = None
+
+
+def term_figure(x_label: str, y_label: str) -> figure:
+    """An empty plot of a term of an equation."""
+    made = figure(
+        height=260,
+        sizing_mode="stretch_width",
+        x_axis_label=x_label,
+        y_axis_label=y_label,
+        toolbar_location=None,
+        outline_line_color=FRAME,
+        min_border_left=64,
+    )
+    quiet_axes(made)
+    return made
+
+
+def legend_above(made: figure, items: Sequence[tuple[str, Sequence[GlyphRenderer[Any]]]]) -> None:
+    """Adds a legend above a plot of a term; two columns fit on the screen of a telephone."""
+    made.add_layout(
+        Legend(
+            items=[(words, list(drawn)) for words, drawn in items],
+            orientation="horizontal",
+            ncols=2,
+            border_line_color=None,
+            label_text_font_size="11px",
+            padding=2,
+            margin=0,
+        ),
+        "above",
+    )
 
 
 def _source(columns: Mapping[str, FloatArray]) -> ColumnDataSource:

@@ -16,13 +16,14 @@ import numpy.typing as npt
 from bokeh.models import Whisker
 from bokeh.plotting import figure
 
+from ..catalogue.channels import TIME
 from ..catalogue.parameters import effects, plain_name, size_name, value_name
 from ..catalogue.spellings import ParameterKey
 from ..diagnosis.result import Diagnosis, UnknownInput
 from ..diagnosis.schema import SUBSYSTEM_TAKES_PART, Estimate, HowFar
 from ..records import Origin
 from ..rigs.rig import OF_TERM, OF_VARIABLE, TERM_WORDS, VARIABLE_WORDS, table_words
-from .gap_plots import quiet_axes, share_bar, subsystem_bars, timelines
+from .gap_plots import share_bar, subsystem_bars, term_figure, timelines
 from .gap_words import chosen, effect_set, first_upper, interval, named_effects, unit_of
 from .page import (
     Bars,
@@ -42,7 +43,7 @@ from .page import (
     Told,
     whole,
 )
-from .plotting import BLUE, FRAME
+from .plotting import BLUE
 from .units import percent, percent_ends
 from .verdict_words import VERDICTS, what_now
 
@@ -143,24 +144,10 @@ def _variable(name: str) -> tuple[str, str, float]:
     return VARIABLE_WORDS[name], unit, scale
 
 
-def _figure(x_label: str, y_label: str) -> figure:
-    made = figure(
-        height=260,
-        sizing_mode="stretch_width",
-        x_axis_label=x_label,
-        y_axis_label=y_label,
-        toolbar_location=None,
-        outline_line_color=FRAME,
-        min_border_left=64,
-    )
-    quiet_axes(made)
-    return made
-
-
 def _over_time(found: UnknownInput) -> figure:
     """The neighbouring windows in which the input is largest; it may jump from one to the next."""
     unit, scale = OF_TERM[found.adds_to]
-    made = _figure("time in s", f"{TERM_WORDS[found.adds_to]} in {unit}")
+    made = term_figure("time in s", f"{TERM_WORDS[found.adds_to]} in {unit}")
     for nodes in largest_windows(found):
         time_s, value = found.time_s[nodes], scale * found.value[nodes]
         half = scale * HALF_WIDTH * found.deviation[nodes]
@@ -187,7 +174,7 @@ def largest_windows(found: UnknownInput) -> list[npt.NDArray[np.int64]]:
 def _over_variable(found: UnknownInput) -> figure:
     unit, scale = OF_TERM[found.adds_to]
     words, x_unit, x_scale = _variable(found.of)
-    made = _figure(f"{words} in {x_unit}", f"{TERM_WORDS[found.adds_to]} in {unit}")
+    made = term_figure(f"{words} in {x_unit}", f"{TERM_WORDS[found.adds_to]} in {unit}")
     shown = slice(None, None, max(1, -(-found.value.size // MOST_POINTS)))
     x, value = x_scale * found.at[shown], scale * found.value[shown]
     half = scale * HALF_WIDTH * found.deviation[shown]
@@ -266,6 +253,9 @@ def _which(diagnosis: Diagnosis) -> Fact:
         law = diagnosis.missing_laws[0]
         value = Tagged(table_words(law.law.adds_to, law.law.of))
         return Fact("Which", value, f"No effect of the catalogue: it {law.looks_like}.")
+    if (wanders := diagnosis.wandering) is not None:
+        value = Tagged(table_words(wanders.adds_to, TIME))
+        return Fact("Which", value, f"No effect of the catalogue: it {wanders.looks_like}.")
     moved = [value_name(name) for name, value in diagnosis.calibration.items() if value.moved]
     if diagnosis.verdict == "parameters" and moved:
         return Fact("Which", ", ".join(moved), "No effect is named.")

@@ -6,19 +6,19 @@ What to do after a diagnosis, in words: by its verdict, and for the next experim
 
 from __future__ import annotations
 
+import itertools
 import shlex
 from collections.abc import Sequence
 
-from bokeh.models import Legend
 from bokeh.plotting import figure
 
 from ..catalogue.channels import shown_channel
 from ..catalogue.parameters import effects, plain_name, value_name
 from ..catalogue.spellings import ParameterKey
-from ..diagnosis.result import Diagnosis
+from ..diagnosis.result import Diagnosis, Wandering
 from ..diagnosis.schema import Candidate, Effect, MissingLaw
 from ..rigs.rig import OF_TERM, OF_VARIABLE, TERM_WORDS, VARIABLE_WORDS, table_words
-from .gap_plots import quiet_axes, share_bar
+from .gap_plots import legend_above, share_bar, term_figure
 from .gap_words import (
     STANDINGS,
     candidate_notes,
@@ -33,7 +33,7 @@ from .gap_words import (
     unit_of,
 )
 from .page import Block, Card, Code, Folded, Heading, Items, Note, Plot, Section, Table, Tagged
-from .plotting import FOUND, FRAME, GREY
+from .plotting import FITTED, FOUND, GREY, SECOND, THIRD
 from .units import percent
 
 # Number of candidates that the page shows unfolded.
@@ -194,18 +194,34 @@ def _measure_next(found: MissingLaw) -> str:
     )
 
 
+def wandering_section(found: Wandering | None) -> Section:
+    """Returns the section on a term that follows the time alone; it is empty where none does."""
+    if found is None:
+        return Section("What wanders", [])
+    text = (
+        "The error of each window of half a second was told by its neighbours in time, in every "
+        "record, whatever the rod did there."
+    )
+    if found.adds_to == "sensor":
+        text += " A steady rate is left out: a null bias of the valve would look the same."
+    unit, scale = OF_TERM[found.adds_to]
+    made = term_figure("time in s", f"{TERM_WORDS[found.adds_to]} in {unit}")
+    shown = [
+        (name, [made.line(time_s, scale * value, color=colour, line_width=2.0)])
+        for (name, (time_s, value)), colour in zip(
+            found.curves.items(), itertools.cycle((FITTED, SECOND, THIRD)), strict=False
+        )
+    ]
+    legend_above(made, shown)
+    return Section("What wanders", [text, Plot(made)])
+
+
 def _law_figure(found: MissingLaw, form: Form) -> figure:
     law = found.law
     (unit, scale), (x_unit, x_scale) = OF_TERM[law.adds_to], OF_VARIABLE[law.of]
     x = [x_scale * knot for knot in law.knots]
-    made = figure(
-        height=260,
-        sizing_mode="stretch_width",
-        x_axis_label=f"{VARIABLE_WORDS[law.of]} in {x_unit}",
-        y_axis_label=f"{TERM_WORDS[law.adds_to]} in {unit}",
-        toolbar_location=None,
-        outline_line_color=FRAME,
-        min_border_left=64,
+    made = term_figure(
+        f"{VARIABLE_WORDS[law.of]} in {x_unit}", f"{TERM_WORDS[law.adds_to]} in {unit}"
     )
     found_colour = FOUND
     low, high = ([scale * ends[side] for ends in found.band] for side in (0, 1))
@@ -216,19 +232,7 @@ def _law_figure(found: MissingLaw, form: Form) -> figure:
     if form is not None:
         simple = made.line(x, [scale * value for value in form], color=GREY, line_dash="dashed")
         shown.append(("simple form", [simple]))
-    made.add_layout(
-        Legend(
-            items=shown,
-            orientation="horizontal",
-            ncols=2,  # more of them would be cut off on the screen of a telephone
-            border_line_color=None,
-            label_text_font_size="11px",
-            padding=2,
-            margin=0,
-        ),
-        "above",
-    )
-    quiet_axes(made)
+    legend_above(made, shown)
     return made
 
 

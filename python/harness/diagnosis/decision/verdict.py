@@ -37,6 +37,7 @@ def decide(
     nuisance_fit: FittedCandidate | None = None,
     step: Estimate | None = None,
     missing: str = "",
+    changing: str = "",
 ) -> Decision:
     """Puts the answer of the selection into a verdict on data that can carry a diagnosis.
 
@@ -57,6 +58,9 @@ def decide(
         step of the position sensor, m, where it is coarse; else None.
     missing
         laws of a cause outside of the catalogue, in words; empty where none is known.
+    changing
+        what changes with the time, in words, where that speaks for such a cause and no law is
+        known.
     """
     best, answer = selection.best, selection.answer
     reasons = [_gaps(best, reduction, missing), *caveats(case, search_result, selection, reduction)]
@@ -77,8 +81,8 @@ def decide(
 
     match answer.kind:
         case "outside":
-            reasons.append(_why_outside(selection, missing))
-            return decision("outside_catalogue", _outside_sentence(best, missing))
+            reasons.append(_why_outside(selection, missing, changing))
+            return decision("outside_catalogue", _outside_sentence(best, missing), changing)
         case "ambiguous":
             first, *others = (
                 f"{in_words(each.effects)} ({chance(selection.probability(each))})"
@@ -202,11 +206,17 @@ def _gaps(best: FittedCandidate, reduction: HowFar, missing: str) -> str:
     )
 
 
-def _why_outside(selection: Selection, missing: str) -> str:
+def _why_outside(selection: Selection, missing: str, changing: str) -> str:
     if missing:
         return (
             "A term without a name explains these records clearly better than the values of the "
             "rig and the effects of the catalogue do: a cause outside of it has a probability of "
+            f"{chance(selection.posterior.outside)}."
+        )
+    if changing:
+        return (
+            "Part of what stays changes with the time alone, in the held-out data, too: a cause "
+            "outside of the catalogue has a probability of "
             f"{chance(selection.posterior.outside)}."
         )
     return (
