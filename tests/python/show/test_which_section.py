@@ -3,12 +3,15 @@
 
 from __future__ import annotations
 
+import numpy as np
 import pytest
+from bokeh.models import Legend
 from made_diagnoses import missing_law
 from msgspec.structs import replace
 
+from ehsid.harness.diagnosis.result import Wandering
 from ehsid.harness.show.page import Card, Note, Plot
-from ehsid.harness.show.which_section import missing_law_section
+from ehsid.harness.show.which_section import missing_law_section, wandering_section
 
 
 def card(rivals: tuple[tuple[str, str], ...]) -> Card:
@@ -48,3 +51,25 @@ def test_rivals_come_with_the_motion_that_separates_them(
 
 def test_without_a_law_there_is_no_section() -> None:
     assert missing_law_section((), ()).blocks == []
+
+
+@pytest.mark.parametrize(("equation", "steady", "unit"), [("sensor", 1, "mm"), ("spool", 0, "%")])
+def test_what_wanders_has_a_curve_of_each_record(equation: str, steady: int, unit: str) -> None:
+    time_s = np.linspace(0.25, 9.75, 20)
+    curves = {name: (time_s, 1e-3 * np.sin(rate * time_s)) for rate, name in enumerate("ab", 1)}
+    text, plot = wandering_section(Wandering(equation, 0.1, curves)).blocks
+    assert isinstance(text, str)
+    assert text.count("A steady rate") == steady
+    assert isinstance(plot, Plot)
+    (legend,) = plot.figure.select(type=Legend)
+    assert [item.label.value for item in legend.items] == ["a", "b"]
+    assert plot.figure.yaxis.axis_label.endswith(f" in {unit}")
+    drawn = [item.renderers[0].data_source.data for item in legend.items]
+    scale = 1e3 if unit == "mm" else 100.0
+    for (time_s, value), data in zip(curves.values(), drawn, strict=True):
+        assert np.allclose(data["x"], time_s)
+        assert np.allclose(data["y"], scale * value)
+
+
+def test_where_nothing_wanders_there_is_no_section() -> None:
+    assert wandering_section(None).blocks == []
