@@ -3,8 +3,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import replace
+from types import MappingProxyType
 
 import numpy as np
 import numpy.typing as npt
@@ -12,8 +13,10 @@ import pytest
 from gap_cases import DT_S, OFF, RIG, all_but, command_of, measured, record
 
 from ehsid.harness.base.numbers import plain_number
+from ehsid.harness.diagnosis import diagnosis
 from ehsid.harness.diagnosis.deciding import DRIFTS
 from ehsid.harness.diagnosis.diagnosis import diagnose
+from ehsid.harness.diagnosis.laws.drifting import Drift
 from ehsid.harness.diagnosis.laws.wandering import what_wanders
 from ehsid.harness.diagnosis.model.case import make_case
 from ehsid.harness.diagnosis.options import DiagnosisOptions
@@ -37,16 +40,19 @@ def sine(time_s: FloatArray, seed: int) -> FloatArray:
 
 
 def wandering(
-    equation: str, seed: int, of: Callable[[FloatArray, int], FloatArray] = sine
+    equation: str,
+    seed: int,
+    of: Callable[[FloatArray, int], FloatArray] = sine,
+    values: Mapping[str, float] = MappingProxyType({}),
 ) -> Record:
     """A record of the rig with a term of an equation over the time."""
     rng = np.random.default_rng(seed)
     command = command_of(SECONDS, DT_S, rng)
     if equation != "sensor":
-        values = (SIZES[equation] * of(KNOTS_S, seed)).tolist()
-        law = TableLaw(equation, "time_s", tuple(KNOTS_S.tolist()), tuple(values))
-        return measured(replace(RIG, tables={"wanders": law}), command, rng, OFF)
-    made = measured(RIG, command, rng, OFF)
+        at_knots = (SIZES[equation] * of(KNOTS_S, seed)).tolist()
+        law = TableLaw(equation, "time_s", tuple(KNOTS_S.tolist()), tuple(at_knots))
+        return measured(replace(RIG, tables={"wanders": law}), command, rng, {**OFF, **values})
+    made = measured(RIG, command, rng, {**OFF, **values})
     columns = {name: made.column(name) for name in made.columns}
     columns["position_m"] = made.column("position_m") + SIZES[equation] * of(made.time_s, seed)
     return make_record({"time_s": made.time_s, **columns})
@@ -107,13 +113,14 @@ def test_what_is_not_smooth_or_not_in_both_records_does_not_wander() -> None:
     assert found_in(*(record(rubbing, seed, seconds=SECONDS) for seed in (1, 2))) is None
 
 
+OPTIONS = DiagnosisOptions(exclude=all_but("valve_dead_band", "transport_delay"))
+
+
 @pytest.mark.slow
 def test_a_sensor_that_wanders_is_a_cause_outside_of_the_catalogue() -> None:
     """The effects that are tried stand for all: none of them is in the records."""
-    options = DiagnosisOptions(exclude=all_but("valve_dead_band", "transport_delay"))
-    found = diagnose(
-        [wandering("sensor", 1)], RIG, validate=[wandering("sensor", 2)], options=options
-    )
+    fitted, held_out = wandering("sensor", 1), wandering("sensor", 2)
+    found = diagnose([fitted], RIG, validate=[held_out], options=OPTIONS)
     assert found.verdict == "outside_catalogue"
     assert "lacks a term: error of the position sensor over the time. It wanders" in found.sentence
     assert any("changes with the time alone" in reason for reason in found.reasons)
@@ -122,3 +129,24 @@ def test_a_sensor_that_wanders_is_a_cause_outside_of_the_catalogue() -> None:
     assert found.where.subsystem["sensor"] == pytest.approx(1.0)
     facts = {fact.name: fact for fact in diagnosis_facts(found).facts}
     assert "wanders over" in facts["Which"].note
+
+
+@pytest.mark.slow
+def test_beside_an_effect_the_part_of_the_machine_is_shared(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    dead = {"effects.valve_dead_band.overlap": 0.03}
+    fitted, held_out = (wandering("sensor", seed, values=dead) for seed in (1, 2))
+    found = diagnose([fitted], RIG, validate=[held_out], options=OPTIONS)
+    assert found.verdict == "outside_catalogue"
+    assert [effect.id for effect in found.effects] == ["valve_dead_band"]
+    assert found.wandering is not None
+    shares = found.where.subsystem
+    assert shares["sensor"] + shares["valve"] == pytest.approx(1.0)
+    assert min(shares["sensor"], shares["valve"]) > 0.01
+    # Values that drift are told first: a flow that grows moves the rod as a sensor that wanders.
+    drift = Drift(1.0, (("load.mass_kg", 0.5),))
+    monkeypatch.setattr(diagnosis, "values_that_drift", lambda *_: drift)
+    found = diagnose([fitted], RIG, validate=[held_out], options=OPTIONS)
+    assert found.wandering is None
+    assert found.sentence.endswith(drift.sentence)
