@@ -61,6 +61,7 @@ from .search.identifiability import (
     unmeasured_effects,
 )
 from .search.maps import QUANTISATION, localise, position_step
+from .search.refit import fitted_again
 from .search.score import left
 from .search.search import Look, SearchResult, candidate_effects, search
 from .search.visible import could_be_seen, ground_of
@@ -462,6 +463,8 @@ def _evaluate(
         (search_result.calibrated, *search_result.refined), key=lambda each: left(case, each)
     )
     case = case.with_unknown_commands(ahead.effects, ahead.x)
+    if any(case.unknown.values()):
+        search_result = fitted_again(case, search_result)
     probabilities = posterior(case, search_result.calibrated, search_result.refined)
     selection = select_effects(search_result, probabilities)
     inside: tuple[Inside, ...] = ()

@@ -63,7 +63,15 @@ from ..model.case import Case
 from ..search.candidates import FittedCandidate
 from ..search.intervals import matters
 from ..search.maps import edges_can_replace_force
-from ..search.score import IN_USE, Constants, left, score, share_of_tolerance, smallness
+from ..search.score import (
+    IN_USE,
+    Constants,
+    always_touches,
+    left,
+    score,
+    share_of_tolerance,
+    smallness,
+)
 from .inside import uncarried_odds
 
 Kind = Literal["nothing", "effects", "law", "outside"]
@@ -227,7 +235,8 @@ def posterior(
     """Returns the probabilities of the calibrated rig, of the refined sets, and of a cause outside.
 
     Sets with an effect that is no larger than in every servo are left out, and so are load forces
-    that edges of the valve can replace: the smaller set stands for them.
+    that edges of the valve can replace: the smaller set stands for them. For a contact that the rod
+    never leaves a load spring stands.
     """
     named = [
         candidate
@@ -235,6 +244,7 @@ def posterior(
         if candidate.effects
         and all(matters(effect, candidate.values, case.rig) for effect in candidate.effects)
         and not edges_can_replace_force(case, candidate)
+        and not always_touches(case, candidate)
     ]
     candidates = [calibrated, *named]
     share = share_of_tolerance(case, candidates)

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from made_candidates import CASE, FLOOR, LIKELIHOOD, MadeCase, candidate
+from made_candidates import CASE, FLOOR, LIKELIHOOD, MadeCase, candidate, search_result
 
 from ehsid.harness.catalogue.families import (
     effect_families,
@@ -31,6 +31,7 @@ from ehsid.harness.diagnosis.deciding import (
     SMALL,
 )
 from ehsid.harness.diagnosis.decision import hypotheses
+from ehsid.harness.diagnosis.decision.effect_selection import select_effects, standing
 from ehsid.harness.diagnosis.decision.hypotheses import (
     SHOWN,
     Posterior,
@@ -45,6 +46,7 @@ from ehsid.harness.diagnosis.search.candidates import FittedCandidate
 from ehsid.harness.diagnosis.search.maps import edges_can_replace_force
 from ehsid.harness.diagnosis.search.score import (
     IN_USE,
+    always_touches,
     left,
     score,
     score_of,
@@ -262,6 +264,35 @@ def test_a_set_has_no_law_twice() -> None:
         assert repeats_a_law(effects), effects
     assert not repeats_a_law(("valve_dead_band", "valve_null_bias", "coulomb_friction"))
     assert not repeats_a_law(("load_spring", "position_friction", "valve_dead_band_sides"))
+
+
+class _Record:
+    dt_s = 1e-3
+
+    def __init__(self, free: float) -> None:
+        self._free = free
+
+    def column(self, _name: str) -> Any:
+        """Shares of a record below and above 0.1 m."""
+        return np.where(np.arange(1000) < 1000 * self._free, 0.09, 0.11)
+
+
+@pytest.mark.parametrize(("free", "touches"), [(0.04, True), (0.06, False)])
+def test_a_contact_that_the_rod_never_leaves_is_a_load_spring(free: float, touches: bool) -> None:
+    class Touching(MadeCase):
+        records = (_Record(0.0), _Record(free))
+
+    case = cast(Case, cast(Any, Touching()))
+    values = {"contact_spring.position_m": 0.1, "contact_spring.stiffness_n_m": 1e6}
+    contact = candidate("contact_spring", rms=1e-6, **values)
+    found = search_result(candidate(rms=1e-4), contact)
+    probabilities = posterior(case, found.calibrated, found.refined)
+    assert (("contact_spring",) in by_set(probabilities)) == (not touches)
+    assert (score_of(case, contact) == -math.inf) == touches
+    told = standing(case, found, select_effects(found, probabilities), contact)
+    assert ("a load spring then" in told.why) == touches
+    # What touches nothing is not asked where the rod is.
+    assert not always_touches(case, candidate("sensor_lag", rms=1e-6))
 
 
 class _WithForce(MadeCase):
