@@ -16,6 +16,7 @@ from ehsid.harness.base.numbers import plain_number
 from ehsid.harness.diagnosis import diagnosis
 from ehsid.harness.diagnosis.deciding import DRIFTS
 from ehsid.harness.diagnosis.diagnosis import diagnose
+from ehsid.harness.diagnosis.laws import wandering as module
 from ehsid.harness.diagnosis.laws.drifting import Drift
 from ehsid.harness.diagnosis.laws.wandering import what_wanders
 from ehsid.harness.diagnosis.model.case import make_case
@@ -93,6 +94,32 @@ def test_blocks_of_one_record_tell_it_too() -> None:
         f"wanders over {plain_number(1e3 * float(np.ptp(value)), 3)} mm in the course of a record"
     )
     assert found.looks_like.startswith(told)
+
+
+@pytest.mark.slow
+def test_of_several_equations_the_one_that_gains_most_is_told(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """With the position only, a null of the valve that wanders is nearly alike."""
+    fitted, held_out = (without_pressures(wandering("sensor", seed)) for seed in (1, 2))
+    found = found_in(fitted, held_out)
+    assert found is not None
+    assert found.adds_to == "sensor"
+    monkeypatch.setattr(module, "EQUATIONS", ("spool",))
+    spool = found_in(fitted, held_out)
+    assert spool is not None
+    assert spool.gain < found.gain
+    monkeypatch.setattr(module, "DRIFTS", 1.01 * spool.gain)
+    assert found_in(fitted, held_out) is None
+    monkeypatch.setattr(module, "DRIFTS", 0.99 * spool.gain)
+    assert found_in(fitted, held_out) is not None
+    monkeypatch.setattr(module, "FOLLOWS", 0.9999)
+    assert found_in(fitted, held_out) is None
+
+
+def without_pressures(made: Record) -> Record:
+    columns = {name: made.column(name) for name in ("command_v", "position_m")}
+    return make_record({"time_s": made.time_s, **columns})
 
 
 def jumping(time_s: FloatArray, seed: int) -> FloatArray:
