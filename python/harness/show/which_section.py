@@ -199,8 +199,8 @@ def wandering_section(found: Wandering | None) -> Section:
     if found is None:
         return Section("What wanders", [])
     text = (
-        "The error of each window of half a second was told by its neighbours in time, in every "
-        "record, whatever the rod did there."
+        "In every record, what the simulator lacks in half a second can be told from the half "
+        "seconds before and after it, whatever the rod does there."
     )
     if found.adds_to == "sensor":
         text += " A steady rate is left out: a null bias of the valve would look the same."
