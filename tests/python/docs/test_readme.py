@@ -34,5 +34,5 @@ def test_its_lines_of_python_print_what_it_says(monkeypatch: pytest.MonkeyPatch)
     told: list[str] = []
     test = doctest.DocTestParser().get_doctest(block, {}, "README", None, None)
     assert len(test.examples) == 5
-    doctest.DocTestRunner().run(test, out=told.append)
+    doctest.DocTestRunner(verbose=False).run(test, out=told.append)
     assert not told
