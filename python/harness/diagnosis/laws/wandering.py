@@ -165,23 +165,23 @@ def _ramps(problem: Problem) -> dict[str, FloatArray]:
     return {name: ramp if name == CENTRED else np.zeros_like(ramp) for name in problem.outputs}
 
 
-def _places(terms: Sequence[_Term]) -> list[tuple[int, npt.NDArray[np.int64]]]:
-    """Of each record of each problem: its number, and which half a second each window is."""
-    found = []
+def _slots(
+    terms: Sequence[_Term],
+) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64]]:
+    """Of each window of all problems: the number of its record, and which half a second it is."""
+    numbers, slots = [], []
     for term in terms:
         for number, record in enumerate(term.problem.records):
             begins, (_, length) = hats(record).begins, record.full_windows
-            found.append((number, np.asarray(begins // length, dtype=np.int64)))
-    return found
+            numbers.append(np.full(begins.size, number))
+            slots.append(begins // length)
+    return np.concatenate(numbers), np.concatenate(slots)
 
 
 def _by_neighbours(terms: Sequence[_Term]) -> list[FloatArray]:
     """What the neighbours of each window tell of it, by problem; NaN where one has not two."""
-    places = _places(terms)
-    records, last = max(number for number, _ in places) + 1, max(int(p[-1]) for _, p in places)
-    at = np.full((records, last + 5), np.nan)
-    number = np.concatenate([np.full(place.size, of) for of, place in places])
-    slot = np.concatenate([place for _, place in places])
+    number, slot = _slots(terms)
+    at = np.full((number.max() + 1, slot.max() + 5), np.nan)
     at[number, slot + 2] = np.concatenate([term.size for term in terms])
     near = at[number, slot + 1] + at[number, slot + 3]
     far = at[number, slot] + at[number, slot + 4]
@@ -196,9 +196,7 @@ def _curves(
 ) -> list[tuple[str, tuple[FloatArray, FloatArray]]]:
     """The term over the time, with the name of each record."""
     size = np.concatenate([term.size for term in terms])
-    places = _places(terms)
-    number = np.concatenate([np.full(place.size, of) for of, place in places])
-    slot = np.concatenate([place for _, place in places])
+    number, slot = _slots(terms)
     curves = []
     for of, record in enumerate(terms[0].problem.records):
         order = np.flatnonzero(number == of)

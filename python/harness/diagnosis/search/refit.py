@@ -2,8 +2,8 @@
 """Fits again with the tolerance of commands that nobody logged, which only the search shows.
 
 How much these commands can do follows from the fit that leaves least, see `model.between_samples`.
-The fits before it follow errors that are tolerated behind it. A law, which is fitted later, would
-have an advantage over all that was fitted before.
+The fits until then follow errors that are tolerated from then on. A law, which is fitted later,
+would have an advantage over all that was fitted before.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ from __future__ import annotations
 from dataclasses import replace
 from functools import partial
 
-from ...base.parallel import Progress, run_together
+from ...base.parallel import run_together
 from ..deciding import EFFECT
 from ..model.case import Case
 from .candidates import FittedCandidate, refine_finely
@@ -23,7 +23,7 @@ from .search import SearchResult
 BEHIND = 3.0 * EFFECT
 
 
-def fitted_again(case: Case, found: SearchResult, progress: Progress | None = None) -> SearchResult:
+def fitted_again(case: Case, found: SearchResult) -> SearchResult:
     """Returns the search with the calibrated rig and the likely sets fitted to a case.
 
     case: the case of the search, with what the records do not tell of the commands.
@@ -34,7 +34,7 @@ def fitted_again(case: Case, found: SearchResult, progress: Progress | None = No
         each for each, score in zip(found.refined, scores, strict=True) if score >= best - BEHIND
     ]
     tasks = [partial(refine_finely, case, each.effects, each.x) for each in chosen]
-    again = dict(zip(map(id, chosen), run_together(tasks, progress), strict=True))
+    again = dict(zip(map(id, chosen), run_together(tasks), strict=True))
 
     def newest(each: FittedCandidate) -> FittedCandidate:
         return again.get(id(each), each)
