@@ -61,7 +61,7 @@ from .search.identifiability import (
     unmeasured_effects,
 )
 from .search.maps import QUANTISATION, localise, position_step
-from .search.refit import fitted_again
+from .search.refit import fitted_again, fitted_to_all, with_slower_spools
 from .search.score import left
 from .search.search import Look, SearchResult, candidate_effects, search
 from .search.visible import could_be_seen, ground_of
@@ -459,13 +459,19 @@ def _evaluate(
     look: Look,
 ) -> _Evaluation:
     search_result = search(case, options.exclude, pace.within, look)
+    search_result = with_slower_spools(case, search_result)
     ahead = min(
         (search_result.calibrated, *search_result.refined), key=lambda each: left(case, each)
     )
     case = case.with_unknown_commands(ahead.effects, ahead.x)
     if any(case.unknown.values()):
         search_result = fitted_again(case, search_result)
-    probabilities = posterior(case, search_result.calibrated, search_result.refined)
+    probabilities = posterior(
+        case,
+        search_result.calibrated,
+        search_result.refined,
+        fitted_to_all(case, search_result),
+    )
     selection = select_effects(search_result, probabilities)
     inside: tuple[Inside, ...] = ()
     if case.engine is not None:

@@ -230,9 +230,14 @@ def outside_score(
 
 
 def posterior(
-    case: Case, calibrated: FittedCandidate, refined: Sequence[FittedCandidate]
+    case: Case,
+    calibrated: FittedCandidate,
+    refined: Sequence[FittedCandidate],
+    together: Sequence[FittedCandidate] = (),
 ) -> Posterior:
     """Returns the probabilities of the calibrated rig, of the refined sets, and of a cause outside.
+
+    together: the likely ones with their values fitted to all data; what they leave counts.
 
     Sets with an effect that is no larger than in every servo are left out, and so are load forces
     that edges of the valve can replace: the smaller set stands for them. For a contact that the rod
@@ -247,18 +252,20 @@ def posterior(
         and not always_touches(case, candidate)
     ]
     candidates = [calibrated, *named]
-    share = share_of_tolerance(case, candidates)
+    of_all = {each.effects: each for each in together}
+    told = {each.effects: of_all.get(each.effects, each) for each in candidates}
+    share = share_of_tolerance(case, list(told.values()))
     sets = []
     for each in candidates:
-        leaves, small = left(case, each, share=share), smallness(case, each)
+        leaves, small = left(case, told[each.effects], share=share), smallness(case, each)
         points = float(score(leaves, law_count(each.effects), small))
         kind: Kind = "effects" if each.effects else "nothing"
         sets.append(Hypothesis(kind, points, each.effects, each, leaves, small))
     best = max(sets, key=lambda each: each.score)
     # How much is left at all is measured with the whole tolerance, whatever tells the sets apart,
     # and without what nobody can tell of a rod that sticks and slips.
-    steady = case.with_lost_motion(best.effects, best.fit.x)
-    of_best, of_none = (left(steady, each) for each in (best.fit, calibrated))
+    steady = case.with_lost_motion(best.effects, told[best.effects].x)
+    of_best, of_none = (left(steady, told[each]) for each in (best.effects, ()))
     outside = float(outside_score(best.score, of_best, of_none, case.pressures))
     # An effect that cannot be tried is the less probable, the more another one explains.
     outside += uncarried_odds(case.rig) * (of_best / of_none if of_none > 0.0 else 1.0)

@@ -131,6 +131,22 @@ class Case:
             unknown=self.unknown.get(held_out) if window_s == self.window_s else None,
         )
 
+    def together(self) -> Case:
+        """The case with all data fitted, and none held out."""
+        nothing = np.zeros(BANDS)
+        fitted, held_out = (self.unknown.get(part, {}) for part in (False, True))
+        unknown = {
+            name: 0.5 * (fitted.get(name, nothing) + held_out.get(name, nothing))
+            for name in {*fitted, *held_out}
+        }
+        return replace(
+            self,
+            training=self.records,
+            held_out=(),
+            blocks=False,
+            unknown={False: unknown},
+        )
+
     def with_unknown_commands(self, effects: Sequence[str], x: FloatArray) -> Case:
         """The case with what the records do not tell of the command between their samples.
 

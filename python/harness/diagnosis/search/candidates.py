@@ -14,7 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ...base.numbers import FloatArray
-from ...base.parallel import run_threads, run_together
+from ...base.parallel import run_together
 from ...catalogue.parameters import effects as catalogue
 from ...catalogue.spellings import ParameterKey, effect_values, sizes_of
 from ...rigs.rig import MOST_SIGMAS, TableLaw
@@ -25,6 +25,7 @@ from ..model.parameters import Law, effect_parameters
 from ..model.problem import Problem
 from ..model.scale import effect_starts, machine_scale
 from .gap_reduction import WindowSums, window_sums
+from .spool import BEHIND_NATS, SLEW, UNLIMITED_1_S, with_limit_of, with_slower_spool
 
 # Window lengths of the first fits from a cold start; all measured states are reset at the start of
 # each window. Within a window, a limit cycle of 10 to 80 Hz must not slip by half a period, or the
@@ -38,9 +39,6 @@ LEAST_COLD_SAMPLES = 6
 # neighbouring steps differ by 4 % in the frequency of the oil spring.
 STIFFNESS_STEPS = 33
 STIFFNESS_STARTS = 3
-# Limits of the spool speed that are tried, 1/s. A fit cannot find such a limit from a value that
-# the spool never reaches, because the cost has no slope there.
-SLEWS_1_S = (60.0, 100.0, 160.0, 250.0, 400.0, 700.0)
 # Integration steps per sample where candidates are compared. With four, the phase of an oil spring
 # of 70 Hz stays within 6 degrees over a window.
 DECISION_SUBSTEPS = 4
@@ -50,7 +48,6 @@ ITERATIONS_COLD = 6
 ITERATIONS_SCREEN = 4
 ITERATIONS_FINE = 4
 
-SLEW = "nuisance.spool_slew_1_s"
 STIFFNESS = "fluid.bulk_modulus_pa"
 
 # Of all starts of a short fit, so many go on after the first step. In 217 short fits of six
@@ -165,7 +162,10 @@ def calibrate(case: Case, starts: Sequence[FloatArray] = ()) -> FittedCandidate:
             for start in (problem.centre(), *slow, *starts)
         ),
     ]
-    return refine(case, (), _with_slower_spool(problem, _best(run_together(fits))).x)
+    best = _best(run_together(fits))
+    return refine(
+        case, (), with_slower_spool(problem, case.problem(held_out=True), best, ITERATIONS).x
+    )
 
 
 def _fit_in_short_windows_first(case: Case, windows_s: Sequence[float]) -> Fit:
@@ -201,28 +201,6 @@ def _stiffness_starts(problem: Problem) -> list[FloatArray]:
     return [trials[k] for k in sorted(minima, key=lambda k: float(costs[k]))][:STIFFNESS_STARTS]
 
 
-def _with_slower_spool(problem: Problem, best: Fit) -> Fit:
-    """Fits again with a slower spool where that lowers the cost; returns the better fit."""
-    slower = _slower_spool(problem, best)
-    return best if slower is None else _best([best, fit(problem, slower, iterations=ITERATIONS)])
-
-
-def _slower_spool(problem: Problem, best: Fit) -> FloatArray | None:
-    """Returns the values with the best limit of the spool's speed if that lowers the cost, or None.
-
-    Several limits are tried, because the cost has no gradient by a limit that nothing reaches.
-    """
-    names = [parameter.name for parameter in problem.parameters]
-    if SLEW not in names:
-        return None
-    index = names.index(SLEW)
-    trials = np.tile(best.x, (len(SLEWS_1_S), 1))
-    trials[:, index] = [problem.parameters[index].place(slew) for slew in SLEWS_1_S]
-    costs = run_threads([partial(problem.cost, x) for x in trials])
-    lowest = int(np.argmin(costs))
-    return trials[lowest] if costs[lowest] < best.cost else None
-
-
 @dataclass(frozen=True, eq=False)
 class FitStart:
     """Values from which a fit starts, shape (n,), with the sensitivities of the errors there."""
@@ -251,7 +229,8 @@ def calibrate_nuisances(case: Case, calibrated: FittedCandidate) -> FittedCandid
         problem.low = np.where(is_rig_value, centre, problem.low)
         problem.high = np.where(is_rig_value, centre, problem.high)
     fits = [partial(fit, coarse, start, iterations=ITERATIONS) for start in (calibrated.x, centre)]
-    fitted = _with_slower_spool(coarse, _best(run_together(fits)))
+    best = _best(run_together(fits))
+    fitted = with_slower_spool(coarse, case.problem(held_out=True), best, ITERATIONS)
     # Held values make the minimum narrow, so that the fit needs twice the steps.
     fitted = fit(coarse, fitted.x, iterations=ITERATIONS)
     return evaluate(fine, (), fit(exact, fitted.x, iterations=ITERATIONS_FINE))
@@ -337,3 +316,27 @@ def refine_finely(case: Case, effects: tuple[str, ...], start: FloatArray) -> Fi
     """Makes a fit with the integration steps of the decision only; its cost only falls."""
     fine = decision_case(case)
     return evaluate(fine, effects, fit(fine.problem(effects), start, iterations=ITERATIONS))
+
+
+def again_with_slower_spool(case: Case, candidate: FittedCandidate) -> FittedCandidate:
+    """Fits a candidate with a limited speed of the spool; returns it as it is if that is no better.
+
+    An effect that was not in the fit of the calibration may have hidden the limit there.
+    """
+    if candidate.values.get(SLEW, 0.0) < UNLIMITED_1_S:
+        return candidate
+    effects = candidate.effects
+    start = Fit(candidate.x, case.problem(effects).cost(candidate.x), 0, True)
+    problem, held_out = case.problem(effects), case.problem(effects, held_out=True)
+    limited = with_slower_spool(problem, held_out, start, ITERATIONS)
+    if limited is start:
+        return candidate
+    fine = decision_case(case)
+    # The fitted data alone may not show the limit.
+    held = with_limit_of(fine.problem(effects), limited.x)
+    found = evaluate(fine, effects, fit(held, limited.x, iterations=ITERATIONS))
+
+    def all_costs(each: FittedCandidate) -> float:
+        return each.cost + each.held_out_cost
+
+    return found if all_costs(found) < all_costs(candidate) - BEHIND_NATS else candidate

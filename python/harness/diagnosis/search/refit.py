@@ -1,26 +1,44 @@
 # SPDX-License-Identifier: MIT
-"""Fits again with the tolerance of commands that nobody logged, which only the search shows.
+"""Fits the likely sets again, with what only the search shows and with all data.
 
-How much these commands can do follows from the fit that leaves least, see `model.between_samples`.
-The fits until then follow errors that are tolerated from then on. A law, which is fitted later,
-would have an advantage over all that was fitted before.
+- Of the speed of the spool, effects may have hidden a limit while the rig was calibrated.
+- How much commands that nobody logged can do follows from the fit that leaves least, see
+  `model.between_samples`. The fits until then follow errors that are tolerated from then on. A law,
+  which is fitted later, would have an advantage over all that was fitted before.
+- Held-out records excite values of the rig that the fitted ones do not show. What a set leaves
+  there tells of these values, and not of the set, unless they are fitted to all records.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
 
 from ...base.parallel import run_together
 from ..deciding import EFFECT
 from ..model.case import Case
-from .candidates import FittedCandidate, refine_finely
-from .score import score_of
+from ..model.fit import Fit, fit
+from .candidates import (
+    FittedCandidate,
+    again_with_slower_spool,
+    decision_case,
+    evaluate,
+    refine_finely,
+)
+from .score import score_of, share_of_tolerance
 from .search import SearchResult
 
 # Sets this far behind the best one are no answer after another fit either, nats: what three
 # effects cost.
 BEHIND = 3.0 * EFFECT
+# Steps of a fit to all data, which starts from that to a part of them.
+ITERATIONS_TOGETHER = 6
+
+
+def with_slower_spools(case: Case, found: SearchResult) -> SearchResult:
+    """Returns the search with limits of the spool's speed where the likely sets show one."""
+    return _again(case, found, partial(again_with_slower_spool, case))
 
 
 def fitted_again(case: Case, found: SearchResult) -> SearchResult:
@@ -28,13 +46,42 @@ def fitted_again(case: Case, found: SearchResult) -> SearchResult:
 
     case: the case of the search, with what the records do not tell of the commands.
     """
-    scores = [score_of(case, each) for each in found.refined]
-    best = max([score_of(case, found.calibrated), *scores])
-    chosen = [found.calibrated] + [
+    return _again(case, found, lambda each: refine_finely(case, each.effects, each.x))
+
+
+def fitted_to_all(case: Case, found: SearchResult) -> tuple[FittedCandidate, ...]:
+    """Returns the calibrated rig and the likely sets with their values fitted to all data.
+
+    Their costs and errors are those of the two parts of the case at these values.
+    """
+    if case.engine is not None:  # a run of a user's simulator takes long
+        return ()
+    fine = decision_case(case)
+    together = fine.together()
+
+    def fitted(each: FittedCandidate) -> FittedCandidate:
+        problem = together.problem(each.effects)
+        x = fit(problem, each.x, iterations=ITERATIONS_TOGETHER).x
+        return evaluate(fine, each.effects, Fit(x, fine.problem(each.effects).cost(x), 0, False))
+
+    return tuple(run_together([partial(fitted, each) for each in _likely(case, found)]))
+
+
+def _likely(case: Case, found: SearchResult) -> list[FittedCandidate]:
+    share = share_of_tolerance(case, [found.calibrated, *found.refined])
+    scores = [score_of(case, each, share) for each in found.refined]
+    best = max([score_of(case, found.calibrated, share), *scores])
+    return [found.calibrated] + [
         each for each, score in zip(found.refined, scores, strict=True) if score >= best - BEHIND
     ]
-    tasks = [partial(refine_finely, case, each.effects, each.x) for each in chosen]
-    again = dict(zip(map(id, chosen), run_together(tasks), strict=True))
+
+
+def _again(
+    case: Case, found: SearchResult, another: Callable[[FittedCandidate], FittedCandidate]
+) -> SearchResult:
+    likely = _likely(case, found)
+    fits = run_together([partial(another, each) for each in likely])
+    again = dict(zip(map(id, likely), fits, strict=True))
 
     def newest(each: FittedCandidate) -> FittedCandidate:
         return again.get(id(each), each)

@@ -27,6 +27,7 @@ from ..result import Stage
 from .candidates import (
     FitStart,
     FittedCandidate,
+    again_with_slower_spool,
     calibrate,
     decision_case,
     grown_from,
@@ -40,6 +41,7 @@ from .identifiability import unmeasured_effects
 from .intervals import largest_usual, matters, too_large
 from .preselection import KEPT_ALONE, KEPT_TOGETHER, preselected
 from .score import above_noise, left, score_of, share_of_tolerance
+from .spool import BEHIND_NATS
 
 # The best few candidates of a screening get a long fit; the best of these are extended.
 MOST_REFINED = 6
@@ -47,9 +49,6 @@ MOST_REFINED = 6
 # third. A candidate with a tenth of the gain of the first one does not overtake it.
 LEAST_SCREENED_GAIN = 0.1
 BEAM = 2
-# A law that contains another is fitted again where its cost is higher by more than this. Less is
-# what fits of a limited number of iterations differ by.
-BEHIND_NATS = 1.0
 MOST_EFFECTS = 3
 # Where a set leaves no more than this beyond the noise, no further effect is worth its prior cost.
 NOTHING_LEFT = EFFECT / EVIDENCE
@@ -144,6 +143,8 @@ def search(
     singles = _by_held_out_cost(calibrated, *screened)
     look("at length", nominal, calibrated, singles, tasks=len(promising))
     single_effects = _refine_all(case, promising, part_of(progress, 0.0, 0.5))
+    limited = [partial(again_with_slower_spool, case, each) for each in single_effects[:BEAM]]
+    single_effects[:BEAM] = run_together(limited)
     # The calibration alone gets the same chance: it starts again from the values of the rig that
     # the fits with the best effects have reached.
     rig_size = calibrated.x.size

@@ -430,3 +430,23 @@ def test_effects_that_cannot_be_tried_count_less_the_more_is_explained(
     without = odds()
     monkeypatch.setattr(hypotheses, "uncarried_odds", lambda rig: 2.0)
     assert odds() - without == pytest.approx(2.0 * ratio, rel=1e-9)
+
+
+def test_what_a_set_leaves_with_its_values_fitted_to_all_data_counts() -> None:
+    calibrated, lag = candidate(rms=30.0 * FLOOR), candidate("sensor_lag", rms=10.0 * FLOOR)
+    delay = candidate("transport_delay", rms=10.0 * FLOOR)
+    apart = posterior(CASE, calibrated, [lag, delay])
+    of_all = candidate("sensor_lag", rms=5.0 * FLOOR)
+    found = posterior(CASE, calibrated, [lag, delay], [of_all])
+    assert by_set(found)[("sensor_lag",)] > by_set(apart)[("sensor_lag",)]
+    (told,) = (each for each in found.sets if each.effects == ("sensor_lag",))
+    # What is named is the fit to a part, whose errors on the other part are told.
+    assert told.candidate is lag
+    assert told.left == left(CASE, of_all)
+    # The cause outside is judged by what all data leave as well.
+    best = posterior(CASE, calibrated, [of_all, delay])
+    assert found.outside == pytest.approx(best.outside, rel=1e-12)
+    none = candidate(rms=20.0 * FLOOR)
+    found = posterior(CASE, calibrated, [lag, delay], [none, of_all])
+    assert found.healthy.left == left(CASE, none)
+    assert found.outside == pytest.approx(posterior(CASE, none, [of_all, delay]).outside, rel=1e-12)

@@ -15,7 +15,6 @@ from ehsid.harness.diagnosis.model.scale import effect_starts
 from ehsid.harness.diagnosis.search.candidates import (
     DECISION_SUBSTEPS,
     ITERATIONS_SCREEN,
-    SLEW,
     calibrate,
     calibrate_nuisances,
     decision_case,
@@ -33,7 +32,6 @@ from ehsid.harness.signals.excitation import multisine
 from ehsid.harness.signals.simulation import (
     PositionController,
     draw_noise,
-    simulate,
     simulate_closed_loop,
 )
 
@@ -191,20 +189,6 @@ def test_a_law_starts_from_the_simpler_law_that_it_contains() -> None:
     refined = refine(case, screened.effects, screened.x)
     for name, value in true.items():
         assert refined.values[name] == pytest.approx(value, rel=0.1), name
-
-
-@pytest.mark.slow
-def test_a_slow_spool_is_identified_though_its_limit_has_no_slope() -> None:
-    rng = np.random.default_rng(8)
-    levels = np.repeat(rng.uniform(-8.0, 8.0, 60), 100)
-    run = simulate(made.RIG, levels, dt_s=1e-3, values={SLEW: 120.0}, substeps=8).record
-    columns = {name: run.column(name) for name in ("command_v", *made.PRESSURES)}
-    noise = {"position_m": 5e-6, "pressure_a_pa": 1e4, "pressure_b_pa": 1e4}
-    for name, deviation in noise.items():
-        columns[name] = columns[name] + deviation * rng.standard_normal(levels.size)
-    case = make_case(made.RIG, [make_record({"time_s": run.time_s, **columns})])
-    # A step of 8 V at 120 1/s takes 7 ms; the limit is identified to some per cent.
-    assert calibrate(case).values[SLEW] == pytest.approx(120.0, rel=0.1)
 
 
 @pytest.mark.slow

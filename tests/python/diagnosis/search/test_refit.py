@@ -1,18 +1,35 @@
 # SPDX-License-Identifier: MIT
-"""What may be the answer is fitted again, once it is known what unlogged commands can do."""
+"""What may be the answer is fitted again, with what the search shows and with all data."""
 
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 
+import gap_cases as made
+import numpy as np
 import pytest
 from made_candidates import CASE, FLOOR, candidate, search_result
 
-from ehsid.harness.diagnosis.model.case import Case
+from ehsid.harness.diagnosis import diagnose, diagnosis
+from ehsid.harness.diagnosis.model.case import Case, make_case
+from ehsid.harness.diagnosis.options import DiagnosisOptions
 from ehsid.harness.diagnosis.search import refit
-from ehsid.harness.diagnosis.search.candidates import FittedCandidate
-from ehsid.harness.diagnosis.search.refit import BEHIND, fitted_again
-from ehsid.harness.diagnosis.search.score import score_of
+from ehsid.harness.diagnosis.search.candidates import (
+    FittedCandidate,
+    calibrate,
+    decision_case,
+    nominal_candidate,
+)
+from ehsid.harness.diagnosis.search.refit import (
+    BEHIND,
+    fitted_again,
+    fitted_to_all,
+    with_slower_spools,
+)
+from ehsid.harness.diagnosis.search.score import left, score_of
+from ehsid.harness.diagnosis.search.search import SearchResult
+from ehsid.harness.signals.excitation import multisine, triangle
 
 
 def test_the_rig_and_the_likely_sets_are_fitted_again(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -39,3 +56,96 @@ def test_the_rig_and_the_likely_sets_are_fitted_again(monkeypatch: pytest.Monkey
     assert again.refined[1].cost == near.cost - 1.0
     assert again.nominal is found.nominal
     assert again.screened is found.screened
+
+
+def test_limits_of_the_speed_are_looked_for_beside_likely_sets(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    near, far = candidate("sensor_lag", rms=2.0 * FLOOR), candidate("coulomb_friction", rms=1e-4)
+    found = search_result(candidate(rms=3.0 * FLOOR), near, far)
+    limited = replace(near, cost=near.cost - 9.0)
+
+    def slower(_case: Case, each: FittedCandidate) -> FittedCandidate:
+        assert each is not far
+        return limited if each is near else each
+
+    monkeypatch.setattr(refit, "again_with_slower_spool", slower)
+    again = with_slower_spools(CASE, found)
+    assert again.calibrated is found.calibrated
+    assert set(map(id, again.refined)) == {id(limited), id(far)}
+
+
+def measured(kind: str) -> Any:
+    """A record that shows the stiffness of the oil, or one that does not."""
+    rng = np.random.default_rng(len(kind))
+    samples = round(4.0 / made.DT_S)
+    command = (
+        multisine(samples, made.DT_S, band_hz=(0.5, 60.0), rms=2.0, rng=rng)
+        if kind == "fast"
+        else triangle(samples, made.DT_S, amplitude=0.8, period_s=1.0)
+    )
+    return made.measured(made.RIG, command, rng, {"fluid.bulk_modulus_pa": 0.8e9})
+
+
+@pytest.mark.slow
+def test_what_only_held_out_records_excite_is_no_fault_of_a_set() -> None:
+    case = make_case(made.RIG, [measured("slow")], [measured("fast")])
+    calibrated = calibrate(case)
+    found = SearchResult(nominal_candidate(case), calibrated, (), ())
+    (together,) = fitted_to_all(case, found)
+    fine = decision_case(case)
+    assert together.effects == ()
+    # Only the oil spring tells the modulus, to a few per cent beside the volumes.
+    assert together.values["fluid.bulk_modulus_pa"] == pytest.approx(0.8e9, rel=0.05)
+    assert left(fine, together) < 0.5 * left(fine, calibrated)
+    assert left(fine, together, "fitted") < left(fine, calibrated, "fitted") + 0.05
+    # The costs are those of the two parts, at the values of all.
+    assert together.cost == pytest.approx(fine.problem().cost(together.x), abs=1e-6)
+    held_out = fine.problem(held_out=True)
+    own = held_out.fit_cost(held_out.coefficients(together.x))
+    assert together.held_out_cost == pytest.approx(own, abs=1e-6)
+
+
+@pytest.mark.slow
+def test_the_diagnosis_decides_by_what_all_data_leave(monkeypatch: pytest.MonkeyPatch) -> None:
+    options = DiagnosisOptions(exclude=made.all_but("valve_dead_band"))
+    records = [measured("slow")], made.RIG, [measured("fast")]
+    told = diagnose(records[0], records[1], validate=records[2], options=options)
+    monkeypatch.setattr(diagnosis, "fitted_to_all", lambda *_: ())
+    # Else what is left on the held-out record would have all fitted together.
+    monkeypatch.setattr(diagnosis, "_leaves_large_gap", lambda _: False)
+    apart = diagnose(records[0], records[1], validate=records[2], options=options)
+    (left_by_all,), (left_apart,) = (
+        [each.left for each in found.candidates if not each.effects] for found in (told, apart)
+    )
+    assert left_by_all is not None
+    assert left_apart is not None
+    assert left_by_all < 0.5 * left_apart
+    assert told.outside_probability < 0.5 * apart.outside_probability
+    # The gap that is told is that of data that no value has seen.
+    assert told.how_far == apart.how_far
+
+
+def test_of_blocks_all_are_fitted() -> None:
+    case = make_case(made.RIG, [measured("fast")])
+    assert case.blocks
+    together = case.together()
+    counts = [case.problem(held_out=part).records[0].used.sum() for part in (False, True)]
+    whole = together.problem().records[0].used.sum()
+    assert whole >= sum(counts) > max(counts)
+    assert together.records == case.records
+
+
+def test_unlogged_commands_count_as_in_both_parts() -> None:
+    powers = {part: {"position_m": np.full(10, size)} for part, size in ((False, 1.0), (True, 3.0))}
+    case = make_case(made.RIG, [measured("slow")], [measured("fast")])
+    assert case.together().unknown == {False: {}}
+    together = replace(case, unknown=powers).together()
+    np.testing.assert_array_equal(together.unknown[False]["position_m"], np.full(10, 2.0))
+
+
+def test_a_users_simulator_is_not_fitted_to_all() -> None:
+    class Engine(type(CASE)):  # type: ignore[misc]
+        engine = object()
+
+    assert fitted_to_all(Engine(), search_result(candidate(rms=1e-4))) == ()
