@@ -37,6 +37,10 @@ MOST_LAWS = 2
 LAW = 2.0 * EFFECT + math.log(sum(len(variables) for variables in MENU.values()))
 # That it is the cause costs as much again: tables follow a part of whatever is left.
 CAUSE = 2.0 * EFFECT
+# The mass that a lever moves changes as the square of its arm, and the arm of a boom by 7 % at
+# least where the rod mostly is, without this share of the samples at either end. A mass that
+# changes less follows whatever is left, as any table does.
+LEAST_LEVER, SELDOM = 1.15, 0.05
 # A second law, or an effect, must matter beside the first: both follow whatever that one leaves.
 LEAST_OF_FIRST = 0.3
 # And it must remove this share of the gap: a law that removes nothing is not told.
@@ -170,8 +174,7 @@ def missing_laws(
             )
         )
         forms.append(told.form)
-    evidence = EVIDENCE * (_penalised(fine, calibrated) - _penalised(fine, candidate))
-    evidence -= 0.0 if is_linkage(candidate.laws) else CAUSE  # see `_price`
+    evidence = _evidence(fine, calibrated, candidate)
     # Laws beside the effects of another chain are as much behind as that chain was, and without an
     # effect that was found beside them by what it gained.
     hypotheses = [(candidate.effects, evidence)]
@@ -194,10 +197,24 @@ def shows_linkage(case: Case, candidate: FittedCandidate) -> bool:
     fine = decision_case(case)
     mass = [law for law in laws_of_menu(fine, candidate) if (law.adds_to, law.of) == MASS]
     before = left(fine, candidate)
-    if not mass or before < _price(mass):  # not even one that leaves nothing is worth its cost
+    # Not even one that leaves nothing may be worth its cost.
+    if not mass or before < len(mass) * EFFECT / EVIDENCE:
         return False
     found = with_law(fine, candidate, mass[0])
-    return before - left(fine, found) >= _price(mass) and _shrinks(candidate, found)
+    return before - left(fine, found) >= _price(fine, found) and _shrinks(candidate, found)
+
+
+def moves_as_lever(case: Case, candidate: FittedCandidate) -> bool:
+    """Whether the laws of a candidate are those of a linkage, whose mass changes by LEAST_LEVER."""
+    if not is_linkage(candidate.laws):
+        return False
+    mass_kg = sum(candidate.values.get(name, 0.0) for name in MASSES)
+    (law,) = (each for each in candidate.laws if (each.adds_to, each.of) == MASS)
+    # Where the rod seldom is, a curve follows whatever is left there.
+    low_m, high_m = np.quantile(visited(case, candidate)[law.of], [SELDOM, 1.0 - SELDOM])
+    table, places = candidate.tables()[law.name], np.linspace(low_m, high_m, law.knots.size)
+    moved_kg = mass_kg + np.interp(places, table.knots, table.values)
+    return float(moved_kg.max()) >= LEAST_LEVER * float(moved_kg.min())
 
 
 def _edges_can_replace(case: Case, best: FittedCandidate, with_laws: FittedCandidate) -> bool:
@@ -206,7 +223,7 @@ def _edges_can_replace(case: Case, best: FittedCandidate, with_laws: FittedCandi
     The fits leave these edges out, because a load force would be told as them. So a law may stand
     for them, or for a load force that is not named because they can replace it.
     """
-    if case.pressures or case.rig.plant != "ehs" or is_linkage(with_laws.laws):
+    if case.pressures or case.rig.plant != "ehs" or moves_as_lever(case, with_laws):
         return False
     problem = replace(case, unseen=True).problem(best.effects)
     fitted = {parameter.name for parameter in case.parameters(best.effects)}
@@ -254,10 +271,13 @@ class _Chain:
             return self
         lefts = [left(self.case, each) for each in self.steps]
         first = lefts[0] - lefts[-1]
-        for each in sorted(found, key=lambda each: each.left + _price(each.candidate.laws)):
-            price = _price(each.candidate.laws) - _price(self.last.laws)
-            is_lever = is_linkage(each.candidate.laws)
-            least = price if is_lever else max(price, LEAST_OF_FIRST * first)
+        for each in sorted(found, key=lambda each: each.left + _price(self.case, each.candidate)):
+            price = _price(self.case, each.candidate) - _price(self.case, self.last)
+            least = (
+                price
+                if moves_as_lever(self.case, each.candidate)
+                else max(price, LEAST_OF_FIRST * first)
+            )
             if lefts[-1] - each.left >= least:
                 break
         else:
@@ -354,16 +374,23 @@ def _without_laws(case: Case, candidate: FittedCandidate) -> FittedCandidate:
 
 def _penalised(case: Case, candidate: FittedCandidate) -> float:
     laws = law_count([each for each in candidate.effects if not is_part(each, candidate.laws)])
-    return left(case, candidate) + laws * EFFECT / EVIDENCE + _price(candidate.laws)
+    return left(case, candidate) + laws * EFFECT / EVIDENCE + _price(case, candidate)
 
 
-def _price(laws: Sequence[Law]) -> float:
-    """Prior cost of laws on the scale of what is left.
+def _evidence(case: Case, calibrated: FittedCandidate, candidate: FittedCandidate) -> float:
+    """Evidence that the laws of a candidate are the cause, nats; see `_price`."""
+    gain = EVIDENCE * (_penalised(case, calibrated) - _penalised(case, candidate))
+    return gain - (0.0 if moves_as_lever(case, candidate) else CAUSE)
 
-    Those of a linkage cost as much as an effect each, because a mass over the position follows no
-    other cause: beside the best sets of 23 such machines it gained 0.6 nats at most.
+
+def _price(case: Case, candidate: FittedCandidate) -> float:
+    """Prior cost of the laws of a candidate on the scale of what is left.
+
+    Those of a linkage cost as much as an effect each, because a mass over the position that changes
+    as that of a lever follows no other cause: beside the best sets of 23 such machines it gained
+    0.6 nats at most.
     """
-    return len(laws) * (EFFECT if is_linkage(laws) else LAW) / EVIDENCE
+    return len(candidate.laws) * (EFFECT if moves_as_lever(case, candidate) else LAW) / EVIDENCE
 
 
 def _without_needless(case: Case, candidate: FittedCandidate) -> FittedCandidate:

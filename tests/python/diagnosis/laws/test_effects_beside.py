@@ -9,9 +9,19 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from gap_cases import RIG, over_the_stroke
+from made_candidates import CASE
+from made_candidates import candidate as made_candidate
 
+from ehsid.harness.diagnosis.deciding import EFFECT, EVIDENCE
+from ehsid.harness.diagnosis.laws import choosing
 from ehsid.harness.diagnosis.laws.beside import constant_of, effect_beside, is_part, without_law
-from ehsid.harness.diagnosis.laws.choosing import missing_laws, shows_linkage
+from ehsid.harness.diagnosis.laws.choosing import (
+    CAUSE,
+    LAW,
+    missing_laws,
+    moves_as_lever,
+    shows_linkage,
+)
 from ehsid.harness.diagnosis.laws.fitting import with_law
 from ehsid.harness.diagnosis.laws.forms import laws
 from ehsid.harness.diagnosis.model.case import Case, make_case
@@ -121,6 +131,47 @@ def test_a_linkage_shows_beside_the_right_effects_and_no_other_machine_seems_to_
         start = linearised_start(case, (), best.x)
         best = refine(case, ("coulomb_friction",), screen(case, ("coulomb_friction",), [start]).x)
     assert shows_linkage(case, best) is shows
+
+
+@pytest.mark.parametrize(
+    ("laws", "largest_kg", "lever"),
+    [
+        (("mass",), 1.17, True),
+        (("mass",), 1.13, False),
+        # Beside the force of a boom the mass tells as well.
+        (("mass", "force"), 1.17, True),
+        (("force", "mass"), 1.13, False),
+        (("force",), 2.0, False),
+        (("mass", "delay"), 2.0, False),
+        ((), 2.0, False),
+    ],
+)
+def test_a_mass_that_hardly_changes_is_no_lever(
+    monkeypatch: pytest.MonkeyPatch, laws: tuple[str, ...], largest_kg: float, lever: bool
+) -> None:
+    places = np.linspace(0.0, 0.3, 4)
+    each = tuple(Law(law, "position_m", places, 1.0) for law in laws)
+    # The whole mass, of which the rig has 0.6 kg, is 1 kg up to 0.1 m and the largest one from
+    # 0.2 m on. Beyond 0.25 m, where the rod seldom is, it is twice as much.
+    changes = np.array([1.0, 1.0, largest_kg, 2.0 * largest_kg]) - 0.6
+    of_law = {"mass": changes, "force": 0.0 * changes, "delay": 0.0 * changes}
+    candidate = replace(
+        made_candidate(rms=1e-5),
+        x=np.concatenate(
+            [np.zeros(3), *(np.linalg.solve(e.basis, of_law[e.adds_to]) for e in each)]
+        ),
+        values={"load.mass_kg": 0.6},
+        laws=each,
+    )
+    rod = np.concatenate([np.linspace(0.05, 0.2, 96), np.linspace(0.2, 0.3, 4)])
+    monkeypatch.setattr(choosing, "visited", lambda *_: {"position_m": rod})
+    assert moves_as_lever(CASE, candidate) is lever
+    price = len(laws) * (EFFECT if lever else LAW) / EVIDENCE
+    assert choosing._price(CASE, candidate) == pytest.approx(price)
+    # It leaves what the rig leaves, so that there is only what it costs.
+    cause = 0.0 if lever else CAUSE
+    evidence = choosing._evidence(CASE, made_candidate(rms=1e-5), candidate)
+    assert evidence == pytest.approx(-EVIDENCE * price - cause)
 
 
 def test_nothing_is_named_where_nothing_else_is_missing() -> None:
