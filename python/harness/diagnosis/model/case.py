@@ -134,6 +134,7 @@ class Case:
     def together(self) -> Case:
         """The case with all data fitted, and none held out."""
         nothing = np.zeros(BANDS)
+        # A mean power of single commands, which is the same in both parts but for chance.
         fitted, held_out = (self.unknown.get(part, {}) for part in (False, True))
         unknown = {
             name: 0.5 * (fitted.get(name, nothing) + held_out.get(name, nothing))

@@ -42,6 +42,8 @@ TRIES_STALE = 2
 # A smaller decrease in cost counts as no decrease. Costs are log-likelihoods, in which a difference
 # of 1 is about a standard error.
 GAIN = 1e-2
+# Two fits of one problem that were stopped after their iterations differ by less than this, nats.
+BEHIND_NATS = 1.0
 # Number of steps from an evaluation of exact sensitivities to the next, and the smallest ratio of
 # actual to predicted decrease with which a fit continues without an evaluation.
 SENSITIVITY_STEPS = 4

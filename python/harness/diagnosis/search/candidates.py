@@ -19,13 +19,13 @@ from ...catalogue.parameters import effects as catalogue
 from ...catalogue.spellings import ParameterKey, effect_values, sizes_of
 from ...rigs.rig import MOST_SIGMAS, TableLaw
 from ..model.case import Case
-from ..model.fit import ITERATIONS, Fit, best_of, descent, fit
+from ..model.fit import BEHIND_NATS, ITERATIONS, Fit, best_of, descent, fit
 from ..model.linear import Linear
 from ..model.parameters import Law, effect_parameters
 from ..model.problem import Problem
 from ..model.scale import effect_starts, machine_scale
 from .gap_reduction import WindowSums, window_sums
-from .spool import BEHIND_NATS, SLEW, UNLIMITED_1_S, with_limit_of, with_slower_spool
+from .spool import SLEW, UNLIMITED_1_S, with_limit_of, with_slower_spool
 
 # Window lengths of the first fits from a cold start; all measured states are reset at the start of
 # each window. Within a window, a limit cycle of 10 to 80 Hz must not slip by half a period, or the

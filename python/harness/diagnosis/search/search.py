@@ -20,6 +20,7 @@ from ...rigs import Rig
 from ...rigs.carried import carried
 from ..deciding import EFFECT, EVIDENCE
 from ..model.case import Case
+from ..model.fit import BEHIND_NATS
 from ..model.parameters import effect_parameters
 from ..model.scale import effect_starts
 from ..model.separation import contains
@@ -41,7 +42,6 @@ from .identifiability import unmeasured_effects
 from .intervals import largest_usual, matters, too_large
 from .preselection import KEPT_ALONE, KEPT_TOGETHER, preselected
 from .score import above_noise, left, score_of, share_of_tolerance
-from .spool import BEHIND_NATS
 
 # The best few candidates of a screening get a long fit; the best of these are extended.
 MOST_REFINED = 6

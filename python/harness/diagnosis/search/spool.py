@@ -16,21 +16,19 @@ import numpy as np
 
 from ...base.numbers import FloatArray
 from ...base.parallel import run_threads
-from ..model.fit import Fit, descent, fit
+from ..model.fit import BEHIND_NATS, Fit, descent, fit
 from ..model.problem import Problem
 
 SLEW = "nuisance.spool_slew_1_s"
-# Limits that are tried, 1/s. Each is reached from one that is off by a fifth.
+# Limits that are tried, 1/s. A fit reaches a limit from a trial that is off by a fifth.
 SLEWS_1_S = (60.0, 85.0, 120.0, 170.0, 240.0, 340.0, 480.0, 680.0)
-# A fit with a lower limit has one.
+# A fit whose limit is below this has found one.
 UNLIMITED_1_S = 1000.0
 # Number of trials that go on after their first step.
 KEPT = 2
-# A held limit costs no more than this beyond one that is fitted, or none, nats: the grid misses it
-# by a fifth at most, and its prior costs 6 nats at 60 1/s.
+# Where the best trial is worse than no limit by more than this, nats, its limit is not fitted. The
+# prior alone takes 5 nats at 60 1/s.
 LIMIT_NATS = 10.0
-# What fits of a limited number of iterations differ by, nats.
-BEHIND_NATS = 1.0
 
 
 def with_slower_spool(problem: Problem, held_out: Problem, best: Fit, iterations: int) -> Fit:

@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import Any
 
 import gap_cases as made
 import numpy as np
@@ -29,6 +28,7 @@ from ehsid.harness.diagnosis.search.refit import (
 )
 from ehsid.harness.diagnosis.search.score import left, score_of
 from ehsid.harness.diagnosis.search.search import SearchResult
+from ehsid.harness.records import Record
 from ehsid.harness.signals.excitation import multisine, triangle
 
 
@@ -75,7 +75,7 @@ def test_limits_of_the_speed_are_looked_for_beside_likely_sets(
     assert set(map(id, again.refined)) == {id(limited), id(far)}
 
 
-def measured(kind: str) -> Any:
+def measured(kind: str) -> Record:
     """A record that shows the stiffness of the oil, or one that does not."""
     rng = np.random.default_rng(len(kind))
     samples = round(4.0 / made.DT_S)

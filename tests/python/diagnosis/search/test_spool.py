@@ -42,15 +42,15 @@ def case_of(values: Mapping[str, float]) -> Case:
     return make_case(made.RIG, [measured(values, 8)], [measured(values, 9)])
 
 
-def unlimited(case: Case, effects: tuple[str, ...] = ()) -> Fit:
-    """The fit from the rig file, with the sizes of effects at which fits start."""
-    problem = case.problem(effects)
+def unlimited(case: Case) -> Fit:
+    """The fit from the values of the rig file."""
+    problem = case.problem()
     return fit(problem, problem.centre(), iterations=12)
 
 
 def slew_of(case: Case, fitted: Fit) -> float:
-    places = [parameter.name for parameter in case.parameters()].index(SLEW)
-    return case.parameters()[places].value(float(fitted.x[places]))
+    place = [parameter.name for parameter in case.parameters()].index(SLEW)
+    return case.parameters()[place].value(float(fitted.x[place]))
 
 
 @pytest.mark.slow
