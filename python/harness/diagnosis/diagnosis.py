@@ -61,7 +61,7 @@ from .search.identifiability import (
     unmeasured_effects,
 )
 from .search.maps import QUANTISATION, localise, position_step
-from .search.refit import fitted_again, fitted_to_all, with_slower_spools
+from .search.refit import fitted_again, fitted_to_all, fitted_together, with_slower_spools
 from .search.score import left
 from .search.search import Look, SearchResult, candidate_effects, search
 from .search.visible import could_be_seen, ground_of
@@ -78,6 +78,10 @@ from .user_simulator import (
 FITTED_TOGETHER = (
     "The records that are held out excite what the others do not: fitted apart from them nothing "
     "explains the gap. All were fitted together, and every third block of each was held out."
+)
+VALUES_OF_ALL = (
+    "The records that are held out excite what the others do not, so that the values of the others "
+    "explain them less well. All were fitted together, and every third block of each was held out."
 )
 
 OUTSIDE: Verdict = "outside_catalogue"
@@ -184,16 +188,19 @@ def _diagnose(
     _log_case(case)
     look = look_for(watch, begun, pace, case)
     evaluation = _evaluate(case, regimes, options, pace, look)
-    if validate and _leaves_large_gap(evaluation):
-        # The other records cannot show an effect that only the held-out records excite.
-        # Therefore all records are fitted together.
-        joint_case = make_case(rig, [*fitted, *held_out], engine=engine, effort=effort)
-        look = look_for(watch, begun, pace, joint_case)
-        joint = _evaluate(joint_case, regimes, options, pace, look)
-        joint = _with_missing_laws(joint, regimes, effect_ids, pace, look)
-        evaluation, remarks = joint, (*remarks, Remark("", FITTED_TOGETHER))
-    else:
-        evaluation = _with_missing_laws(evaluation, regimes, effect_ids, pace, look)
+    if validate and _explains_held_out_worse(evaluation):
+        # The other records cannot show an effect, or a value, that only the held-out records
+        # excite. Therefore all records are fitted together. Only the first needs another search.
+        anew = evaluation.selection.posterior.outside >= FIT_TOGETHER
+        if anew or engine is None:
+            joint_case = make_case(rig, [*fitted, *held_out], engine=engine, effort=effort)
+            look = look_for(watch, begun, pace, joint_case)
+            found = None
+            if not anew:
+                found = fitted_together(evaluation.case, joint_case, evaluation.search_result)
+            evaluation = _evaluate(joint_case, regimes, options, pace, look, found)
+            remarks = (*remarks, Remark("", FITTED_TOGETHER if anew else VALUES_OF_ALL))
+    evaluation = _with_missing_laws(evaluation, regimes, effect_ids, pace, look)
     case, search_result, laws = evaluation.case, evaluation.search_result, evaluation.laws
     selection, decision = evaluation.selection, evaluation.decision
     best, values = selection.best, evaluation.values
@@ -441,10 +448,8 @@ def _tell(
     look(stage, found.nominal, found.calibrated, [best, *found.fitted()], tasks=tasks)
 
 
-def _leaves_large_gap(evaluation: _Evaluation) -> bool:
-    """Whether the held-out records show a cause that the catalogue lacks, or the fitted records."""
-    if evaluation.selection.posterior.outside < FIT_TOGETHER:
-        return False
+def _explains_held_out_worse(evaluation: _Evaluation) -> bool:
+    """Whether the most probable set explains the held-out records clearly less than the others."""
     fitted, held_out = (
         left(evaluation.case, evaluation.selection.best, part) for part in ("fitted", "held out")
     )
@@ -457,8 +462,10 @@ def _evaluate(
     options: DiagnosisOptions,
     pace: Pace,
     look: Look,
+    found: SearchResult | None = None,
 ) -> _Evaluation:
-    search_result = search(case, options.exclude, pace.within, look)
+    """Weighs the sets of a search, which is made unless it is given."""
+    search_result = found or search(case, options.exclude, pace.within, look)
     search_result = with_slower_spools(case, search_result)
     ahead = min(
         (search_result.calibrated, *search_result.refined), key=lambda each: left(case, each)

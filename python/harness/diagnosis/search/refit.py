@@ -24,6 +24,7 @@ from .candidates import (
     again_with_slower_spool,
     decision_case,
     evaluate,
+    nominal_candidate,
     refine_finely,
 )
 from .score import score_of, share_of_tolerance
@@ -65,6 +66,21 @@ def fitted_to_all(case: Case, found: SearchResult) -> tuple[FittedCandidate, ...
         return evaluate(fine, each.effects, Fit(x, fine.problem(each.effects).cost(x), 0, False))
 
     return tuple(run_together([partial(fitted, each) for each in _likely(case, found)]))
+
+
+def fitted_together(case: Case, joint: Case, found: SearchResult) -> SearchResult:
+    """Returns the calibrated rig and the likely sets fitted to another division of the records.
+
+    Sets that were unlikely are left out, as their costs are those of the other division.
+
+    case, found: the search. joint: the case of all records, of which blocks are held out.
+    """
+    likely = _likely(case, found)
+    calibrated, *refined = run_together(
+        [partial(refine_finely, joint, each.effects, each.x) for each in likely]
+    )
+    refined.sort(key=lambda each: each.held_out_cost)
+    return SearchResult(nominal_candidate(joint), calibrated, tuple(refined), ())
 
 
 def _likely(case: Case, found: SearchResult) -> list[FittedCandidate]:

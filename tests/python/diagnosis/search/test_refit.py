@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from copy import copy
 from dataclasses import replace
 
 import gap_cases as made
@@ -24,10 +25,11 @@ from ehsid.harness.diagnosis.search.refit import (
     BEHIND,
     fitted_again,
     fitted_to_all,
+    fitted_together,
     with_slower_spools,
 )
 from ehsid.harness.diagnosis.search.score import left, score_of
-from ehsid.harness.diagnosis.search.search import SearchResult
+from ehsid.harness.diagnosis.search.search import SearchResult, search
 from ehsid.harness.records import Record
 from ehsid.harness.signals.excitation import multisine, triangle
 
@@ -108,12 +110,12 @@ def test_what_only_held_out_records_excite_is_no_fault_of_a_set() -> None:
 
 @pytest.mark.slow
 def test_the_diagnosis_decides_by_what_all_data_leave(monkeypatch: pytest.MonkeyPatch) -> None:
+    # Else what is left on the held-out record would have all fitted together.
+    monkeypatch.setattr(diagnosis, "_explains_held_out_worse", lambda _: False)
     options = DiagnosisOptions(exclude=made.all_but("valve_dead_band"))
     records = [measured("slow")], made.RIG, [measured("fast")]
     told = diagnose(records[0], records[1], validate=records[2], options=options)
     monkeypatch.setattr(diagnosis, "fitted_to_all", lambda *_: ())
-    # Else what is left on the held-out record would have all fitted together.
-    monkeypatch.setattr(diagnosis, "_leaves_large_gap", lambda _: False)
     apart = diagnose(records[0], records[1], validate=records[2], options=options)
     (left_by_all,), (left_apart,) = (
         [each.left for each in found.candidates if not each.effects] for found in (told, apart)
@@ -124,6 +126,51 @@ def test_the_diagnosis_decides_by_what_all_data_leave(monkeypatch: pytest.Monkey
     assert told.outside_probability < 0.5 * apart.outside_probability
     # The gap that is told is that of data that no value has seen.
     assert told.how_far == apart.how_far
+
+
+@pytest.mark.slow
+def test_values_that_only_held_out_records_show_are_told_without_another_search(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """The stiffness of the oil is that of the fast record, which alone shows it."""
+    options = DiagnosisOptions(exclude=made.all_but("valve_dead_band"))
+    searched = []
+
+    def counted(*arguments: object) -> SearchResult:
+        searched.append(arguments)
+        return search(*arguments)  # type: ignore[arg-type]
+
+    monkeypatch.setattr(diagnosis, "search", counted)
+    told = diagnose([measured("slow")], made.RIG, validate=[measured("fast")], options=options)
+    assert len(searched) == 1
+    assert [remark.what for remark in told.remarks][-1] == diagnosis.VALUES_OF_ALL
+    assert told.calibration["fluid.bulk_modulus_pa"].found.value == pytest.approx(0.8e9, rel=0.05)
+    assert told.how_far is not None
+    assert told.how_far.calibrated < 0.1 * told.how_far.nominal
+
+
+def test_likely_sets_are_fitted_to_another_division_of_the_records(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    near, far = candidate("sensor_lag", rms=2.0 * FLOOR), candidate("coulomb_friction", rms=1e-4)
+    found = search_result(candidate(rms=3.0 * FLOOR), near, far)
+    joint = copy(CASE)
+    nominal = candidate(rms=1.0)
+    costs = {(): 5.0, ("sensor_lag",): 4.0}
+
+    def fitted(case: Case, effects: tuple[str, ...], x: object) -> FittedCandidate:
+        assert case is joint
+        start = found.calibrated if not effects else near
+        assert x is start.x
+        return replace(start, cost=costs[effects])
+
+    monkeypatch.setattr(refit, "refine_finely", fitted)
+    monkeypatch.setattr(refit, "nominal_candidate", lambda case: nominal if case is joint else None)
+    again = fitted_together(CASE, joint, found)
+    assert again.nominal is nominal
+    assert again.calibrated.cost == 5.0
+    assert [(each.effects, each.cost) for each in again.refined] == [(("sensor_lag",), 4.0)]
+    assert again.screened == ()
 
 
 def test_of_blocks_all_are_fitted() -> None:
