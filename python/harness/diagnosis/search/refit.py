@@ -71,16 +71,24 @@ def fitted_to_all(case: Case, found: SearchResult) -> tuple[FittedCandidate, ...
 def fitted_together(case: Case, joint: Case, found: SearchResult) -> SearchResult:
     """Returns the calibrated rig and the likely sets fitted to another division of the records.
 
-    Sets that were unlikely are left out, as their costs are those of the other division.
+    Of the other sets, it has the costs and errors there at the values that they have.
 
     case, found: the search. joint: the case of all records, of which blocks are held out.
     """
     likely = _likely(case, found)
+    known = {id(each) for each in likely}
+    others = [each for each in found.fitted() if id(each) not in known]
     calibrated, *refined = run_together(
         [partial(refine_finely, joint, each.effects, each.x) for each in likely]
     )
     refined.sort(key=lambda each: each.held_out_cost)
-    return SearchResult(nominal_candidate(joint), calibrated, tuple(refined), ())
+
+    def as_it_is(each: FittedCandidate) -> FittedCandidate:
+        cost = joint.problem(each.effects).cost(each.x)
+        return evaluate(joint, each.effects, Fit(each.x, cost, 0, False))
+
+    screened = run_together([partial(as_it_is, each) for each in others])
+    return SearchResult(nominal_candidate(joint), calibrated, tuple(refined), tuple(screened))
 
 
 def _likely(case: Case, found: SearchResult) -> list[FittedCandidate]:

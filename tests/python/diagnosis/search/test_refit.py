@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from copy import copy
 from dataclasses import replace
+from types import SimpleNamespace
 
 import gap_cases as made
 import numpy as np
@@ -13,6 +14,7 @@ from made_candidates import CASE, FLOOR, candidate, search_result
 
 from ehsid.harness.diagnosis import diagnose, diagnosis
 from ehsid.harness.diagnosis.model.case import Case, make_case
+from ehsid.harness.diagnosis.model.fit import Fit
 from ehsid.harness.diagnosis.options import DiagnosisOptions
 from ehsid.harness.diagnosis.search import refit
 from ehsid.harness.diagnosis.search.candidates import (
@@ -155,6 +157,9 @@ def test_likely_sets_are_fitted_to_another_division_of_the_records(
     near, far = candidate("sensor_lag", rms=2.0 * FLOOR), candidate("coulomb_friction", rms=1e-4)
     found = search_result(candidate(rms=3.0 * FLOOR), near, far)
     joint = copy(CASE)
+    monkeypatch.setattr(
+        joint, "problem", lambda effects: SimpleNamespace(cost=lambda x: (effects, x))
+    )
     nominal = candidate(rms=1.0)
     costs = {(): 5.0, ("sensor_lag",): 4.0}
 
@@ -164,13 +169,19 @@ def test_likely_sets_are_fitted_to_another_division_of_the_records(
         assert x is start.x
         return replace(start, cost=costs[effects])
 
+    def as_it_is(case: Case, effects: tuple[str, ...], fit: Fit) -> FittedCandidate:
+        assert case is joint
+        assert (effects, fit.x, fit.cost) == (far.effects, far.x, (far.effects, far.x))
+        return replace(far, held_out_cost=7.0)
+
     monkeypatch.setattr(refit, "refine_finely", fitted)
+    monkeypatch.setattr(refit, "evaluate", as_it_is)
     monkeypatch.setattr(refit, "nominal_candidate", lambda case: nominal if case is joint else None)
     again = fitted_together(CASE, joint, found)
     assert again.nominal is nominal
     assert again.calibrated.cost == 5.0
     assert [(each.effects, each.cost) for each in again.refined] == [(("sensor_lag",), 4.0)]
-    assert again.screened == ()
+    assert [(each.effects, each.held_out_cost) for each in again.screened] == [(far.effects, 7.0)]
 
 
 def test_of_blocks_all_are_fitted() -> None:
