@@ -7,6 +7,7 @@ import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import Literal
 
 from msgspec.structs import replace as replace_part
 
@@ -188,18 +189,16 @@ def _diagnose(
     _log_case(case)
     look = look_for(watch, begun, pace, case)
     evaluation = _evaluate(case, regimes, options, pace, look)
-    if validate and _explains_held_out_worse(evaluation):
-        # The other records cannot show an effect, or a value, that only the held-out records
-        # excite. Therefore all records are fitted together. Only the first needs another search.
-        anew = evaluation.selection.posterior.outside >= FIT_TOGETHER
-        if anew or engine is None:
-            joint_case = make_case(rig, [*fitted, *held_out], engine=engine, effort=effort)
-            look = look_for(watch, begun, pace, joint_case)
-            found = None
-            if not anew:
-                found = fitted_together(evaluation.case, joint_case, evaluation.search_result)
-            evaluation = _evaluate(joint_case, regimes, options, pace, look, found)
-            remarks = (*remarks, Remark("", FITTED_TOGETHER if anew else VALUES_OF_ALL))
+    shown = _shown_by_held_out(evaluation) if validate else None
+    if shown is not None:
+        joint_case = make_case(rig, [*fitted, *held_out], engine=engine, effort=effort)
+        look = look_for(watch, begun, pace, joint_case)
+        found, remark = None, FITTED_TOGETHER
+        if shown == "values":  # the sets are known
+            found = fitted_together(evaluation.case, joint_case, evaluation.search_result)
+            remark = VALUES_OF_ALL
+        evaluation = _evaluate(joint_case, regimes, options, pace, look, found)
+        remarks = (*remarks, Remark("", remark))
     evaluation = _with_missing_laws(evaluation, regimes, effect_ids, pace, look)
     case, search_result, laws = evaluation.case, evaluation.search_result, evaluation.laws
     selection, decision = evaluation.selection, evaluation.decision
@@ -448,12 +447,17 @@ def _tell(
     look(stage, found.nominal, found.calibrated, [best, *found.fitted()], tasks=tasks)
 
 
-def _explains_held_out_worse(evaluation: _Evaluation) -> bool:
-    """Whether the most probable set explains the held-out records clearly less than the others."""
+def _shown_by_held_out(evaluation: _Evaluation) -> Literal["cause", "values"] | None:
+    """What only the held-out records seem to show, so that all are fitted together."""
     fitted, held_out = (
         left(evaluation.case, evaluation.selection.best, part) for part in ("fitted", "held out")
     )
-    return held_out - fitted > WORSE_HELD_OUT
+    if held_out - fitted <= WORSE_HELD_OUT:
+        return None
+    if evaluation.selection.posterior.outside >= FIT_TOGETHER:
+        return "cause"
+    # A run of a user's simulator takes long.
+    return "values" if evaluation.case.engine is None else None
 
 
 def _evaluate(

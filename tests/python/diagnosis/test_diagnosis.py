@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from copy import copy
 from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any, cast, get_args
@@ -17,7 +18,7 @@ from made_diagnoses import FRICTION, bench, measured_record
 from ehsid.harness.base.parallel import workers
 from ehsid.harness.diagnosis import Diagnosis, diagnose
 from ehsid.harness.diagnosis import diagnosis as diagnosis_module
-from ehsid.harness.diagnosis.deciding import WORSE_HELD_OUT
+from ehsid.harness.diagnosis.deciding import FIT_TOGETHER, WORSE_HELD_OUT
 from ehsid.harness.diagnosis.result import Interim, Stage
 from ehsid.harness.diagnosis.schema import SUBSYSTEMS
 from ehsid.harness.records import make_record
@@ -170,18 +171,32 @@ def test_no_record_is_an_error() -> None:
         diagnose([], Rig("bench", "ehs", bench().values))
 
 
-@pytest.mark.parametrize(("share", "together"), [(0.9, False), (1.1, True)])
-def test_records_are_fitted_together_where_the_held_out_ones_are_explained_worse(
-    share: float, together: bool
+@pytest.mark.parametrize(
+    ("worse", "outside", "engine", "shown"),
+    [
+        (0.9, 1.0, None, None),
+        (1.1, 1.1 * FIT_TOGETHER, None, "cause"),
+        (1.1, 1.1 * FIT_TOGETHER, "simulink", "cause"),
+        (1.1, 0.9 * FIT_TOGETHER, None, "values"),
+        (1.1, 0.9 * FIT_TOGETHER, "simulink", None),
+    ],
+)
+def test_what_only_the_held_out_records_show(
+    worse: float, outside: float, engine: str | None, shown: str | None
 ) -> None:
     """Nothing is left of the fitted records, and of the held-out ones this share of the limit.
 
     Errors of the size r leave ln(1 + (r / floor)^2) / 2.
     """
-    held_out = candidate(rms=FLOOR * math.sqrt(math.expm1(2.0 * share * WORSE_HELD_OUT)))
+    held_out = candidate(rms=FLOOR * math.sqrt(math.expm1(2.0 * worse * WORSE_HELD_OUT)))
     best = replace(held_out, fit_powers=candidate(rms=0.0).powers)
-    evaluation = SimpleNamespace(case=CASE, selection=SimpleNamespace(best=best))
-    assert diagnosis_module._explains_held_out_worse(cast(Any, evaluation)) == together
+    posterior = SimpleNamespace(outside=outside)
+    case = copy(CASE)
+    case.engine = cast(Any, engine)
+    evaluation = SimpleNamespace(
+        case=case, selection=SimpleNamespace(best=best, posterior=posterior)
+    )
+    assert diagnosis_module._shown_by_held_out(cast(Any, evaluation)) == shown
 
 
 @pytest.mark.slow

@@ -113,7 +113,7 @@ def test_what_only_held_out_records_excite_is_no_fault_of_a_set() -> None:
 @pytest.mark.slow
 def test_the_diagnosis_decides_by_what_all_data_leave(monkeypatch: pytest.MonkeyPatch) -> None:
     # Else what is left on the held-out record would have all fitted together.
-    monkeypatch.setattr(diagnosis, "_explains_held_out_worse", lambda _: False)
+    monkeypatch.setattr(diagnosis, "_shown_by_held_out", lambda _: None)
     options = DiagnosisOptions(exclude=made.all_but("valve_dead_band"))
     records = [measured("slow")], made.RIG, [measured("fast")]
     told = diagnose(records[0], records[1], validate=records[2], options=options)
