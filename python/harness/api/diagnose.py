@@ -213,7 +213,8 @@ def diagnose(
         function of a whole record; see docs/user_simulator.md. With a rig of plant "simulator" it
         takes the place of the program that the rig file names.
     validate
-        records to judge by, which are not fitted; without them blocks of the others are held out.
+        records to judge by; without them blocks of the others are held out. They are fitted only
+        if they show what the others do not; a remark then says so.
     workers
         number of processes; None takes one for each core.
     progress

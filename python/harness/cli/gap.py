@@ -246,7 +246,7 @@ def gap_command(
         list[Path] | None,
         typer.Option(
             metavar="RECORD...",
-            help="records to judge by, never fitted; without: blocks of the records are held out",
+            help="records to judge by; without: blocks of the records are held out",
         ),
     ] = None,
     maps: Maps = None,

@@ -111,8 +111,9 @@ def diagnose(
     rig
         configuration of the simulator.
     validate
-        held-out records, on which candidates are compared. They are fitted only where the others
-        leave a large part of the gap; then, as without them, blocks of all records are held out.
+        held-out records, on which candidates are compared. They are fitted only where they are
+        explained clearly less than the others; then, as without them, blocks of all records are
+        held out.
     options
         what the user chose, see `DiagnosisOptions`.
     progress
