@@ -88,7 +88,7 @@ class SearchResult:
     refined: tuple[FittedCandidate, ...]
     """Sets of effects that got the long fit, lowest held-out cost first."""
     screened: tuple[FittedCandidate, ...]
-    """Short fits of each effect alone."""
+    """Short fits of each effect alone; with `refit.fitted_together`, what was not fitted again."""
 
     def fitted(self) -> list[FittedCandidate]:
         """Each set once, with its longest fit, lowest held-out cost first."""
