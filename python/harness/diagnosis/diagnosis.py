@@ -77,11 +77,12 @@ from .user_simulator import (
 )
 
 FITTED_TOGETHER = (
-    "The records that are held out excite what the others do not: fitted apart from them nothing "
-    "explains the gap. All were fitted together, and every third block of each was held out."
+    "The records that are held out may excite what the others do not: fitted apart from them, "
+    "nothing explains the gap. All were fitted together, and every third block of each was held "
+    "out."
 )
 VALUES_OF_ALL = (
-    "The records that are held out excite what the others do not, so that the values of the others "
+    "The records that are held out may excite what the others do not: the values of the others "
     "explain them less well. All were fitted together, and every third block of each was held out."
 )
 
