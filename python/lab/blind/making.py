@@ -269,6 +269,15 @@ class Answer:
     laws: tuple[tuple[str, str], ...] = ()
     """Equation and variable of the laws that the simulator lacks, where more than one may be found;
     effects of the catalogue in an "open" case are beside them."""
+    variants: Mapping[str, Any] = field(default_factory=dict)
+    """Laws of a wide machine, see `reality.variants`."""
+
+    @property
+    def null_bias(self) -> float:
+        """Offset of the null, a share of rated command, by a dead band whose ends differ; or 0."""
+        overlap = self.effects.get("valve_dead_band", {}).get("overlap", 0.0)
+        # The ends are overlap (1 + d) and -overlap (1 - d), so that their middle is d overlap.
+        return -float(self.variants.get("lap_difference", 0.0)) * overlap
 
 
 def read_answers(path: Path) -> dict[str, Answer]:

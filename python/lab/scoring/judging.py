@@ -31,7 +31,9 @@
 | anything | the diagnosis raised an error | failed |
 
 All laws of friction count as the same effect, so another law is right, too, where the true one was
-left out of the catalogue. Unequal overlaps are a dead band and a null bias. A spring contains a
+left out of the catalogue. Unequal overlaps are a dead band and a null bias. So is a dead band whose
+ends differ: beside it a null bias is true if it is that of the middle of both ends, within a factor
+of NULL_WITHIN, and is not required. A spring contains a
 constant force: a diagnosis that names a spring where the truth is a force is right; one that names
 a force where the truth is a spring is not.
 
@@ -49,6 +51,7 @@ from typing import Any, Literal, get_args
 from ehsid.harness.catalogue.families import friction_laws, spelled_out
 from ehsid.harness.diagnosis.schema import (
     Candidate,
+    CouldBeSeen,
     DiagnosisFile,
     Estimate,
     HowFar,
@@ -82,6 +85,8 @@ class Findings:
     candidates: tuple[Candidate, ...] = ()
     cannot_judge: frozenset[str] = frozenset()
     """Named effects, ambiguity set, candidates and effects not judged, from `which`."""
+    could_be_seen: tuple[CouldBeSeen, ...] = ()
+    """From which size on the records would have shown the effects that are not named."""
     laws: tuple[tuple[str, str], ...] = ()
     """Equation and variable of each law without a name that was found."""
     subsystem: Mapping[str, float] = field(default_factory=dict)
@@ -127,6 +132,7 @@ def _findings(file: DiagnosisFile) -> Findings:
         sets=which.ambiguity_set,
         candidates=which.candidates,
         cannot_judge=frozenset(effect.id for effect in which.cannot_judge),
+        could_be_seen=which.could_be_seen,
         laws=tuple((law.law.adds_to, law.law.of) for law in which.missing_law),
         subsystem=file.where.subsystem,
         equations=tuple(
@@ -187,6 +193,7 @@ NEAR = {
 PARTS = {"linkage": ("load_force", "load_spring")}
 # Limits of the calibrated rig's gap over its noise floor; below the first, no name is required.
 GAP_SIZES = (3.0, 10.0)
+NULL_BIAS, NULL_WITHIN = "valve_null_bias", 1.5
 GAP_NAMES = ("below 3 x floor", "3 to 10 x floor", "above 10 x floor", "gap not known")
 
 
@@ -281,9 +288,7 @@ class ScoredCase:
     @property
     def names_right(self) -> bool:
         """Whether exactly the true effects were named, whatever the verdict."""
-        return self.known and is_exactly(
-            [effect.id for effect in self.findings.named], self.answer.effects
-        )
+        return bool(self.judgement.exact)
 
     @property
     def gap_size(self) -> str:
@@ -362,7 +367,7 @@ def judge(answer: Answer, findings: Findings) -> Judgement:
             false_effect=bool(named),
             false_alarm=verdict in STRUCTURAL,
         )
-    truth = tuple(answer.effects)
+    truth = (*answer.effects, *_null_by_ends(answer, findings))
     first = bool(named) and answer.kind in KNOWN and is_true(named[0], truth)
     near = not first and bool(named) and named == [NEAR.get(effect) for effect in truth]
     largest = max(findings.subsystem, key=lambda name: findings.subsystem[name], default=None)
@@ -405,6 +410,15 @@ def judge(answer: Answer, findings: Findings) -> Judgement:
         rejected=verdict == "outside_catalogue",
         abstained=abstained,
     )
+
+
+def _null_by_ends(answer: Answer, findings: Findings) -> tuple[str, ...]:
+    """The null bias, where it is named and is that of a dead band whose ends differ."""
+    told = next((each for each in findings.named if each.id == NULL_BIAS), None)
+    if told is None or not answer.null_bias or NULL_BIAS in answer.effects:
+        return ()
+    share = told.sizes["offset"].value / answer.null_bias
+    return (NULL_BIAS,) if 1.0 / NULL_WITHIN <= share <= NULL_WITHIN else ()
 
 
 def _of_healthy(kind: str, verdict: str, moved: bool) -> Outcome:

@@ -12,6 +12,7 @@ from ehsid.harness.catalogue.parameters import effects
 from ..blind.making import GRADES
 from .figures import Figure, Range, SizeError, effect_errors, mean, quantile, rig_errors, share
 from .judging import FAILED, GAP_NAMES, KINDS, SENSORS, ScoredCase, group_by
+from .unseen import unseen_effects
 
 # Grades whose records should allow one name; smooth and small records often allow only a set.
 MAIN_GRADES = ("plain", "hard")
@@ -125,6 +126,7 @@ def _figures(
     sizes = [error.relative for error in errors if error.primary]
     every = [error.relative for error in errors]
     seconds = [case.findings.seconds for case in cases]
+    unseen = [one.over_limit < 1.0 for case in cases for one in unseen_effects(case)]
 
     def of(kind: str) -> list[ScoredCase]:
         return [case for case in cases if case.answer.kind == kind]
@@ -156,6 +158,7 @@ def _figures(
         share("beside it exactly the known effects", (j.beside for j in judged)),
         share("known effect rejected", (j.rejected for j in judged), target("rejected")),
         share("listed as not to be judged", (j.abstained for j in judged)),
+        share("not named: smaller than the page says it can see", unseen),
         share("one effect: exactly it", (c.judgement.exact for c in of("one"))),
         share("two effects: exactly both", (c.judgement.exact for c in of("two")), target("two")),
         quantile("error of size, median", sizes, target=target("size")),

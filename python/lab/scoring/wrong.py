@@ -11,6 +11,7 @@ from ehsid.harness.diagnosis.schema import Candidate
 
 from .figures import Figure, quantile
 from .judging import GAP_SIZES, Findings, ScoredCase
+from .unseen import unseen_effects
 
 # Two fits that differ by less cannot be told apart by a record. The difference means odds of 150 to
 # 1 if only half of the windows are as independent as is assumed.
@@ -106,6 +107,7 @@ def reasons(case: ScoredCase) -> tuple[str, ...]:
     reached = max(case.answer.largest_command, default=None)
     if limit is not None and reached is not None and reached < limit:
         found.append(f"largest command {reached:.2g} of rated, below the limit of {limit:.2g}")
+    found += [one.told for one in unseen_effects(case)]
     if not _can_be_fitted(case):
         return tuple(found)
     nats = behind_truth(findings, truth)

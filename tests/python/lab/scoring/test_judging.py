@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 
 from ehsid.harness.catalogue.families import spelled_out
 from ehsid.harness.catalogue.parameters import effects
+from ehsid.harness.diagnosis.schema import Estimate
 from ehsid.lab.blind.making import Answer
 from ehsid.lab.scoring.judging import (
     FAILED,
@@ -249,6 +250,23 @@ def test_unequal_overlaps_are_a_dead_band_and_a_null_bias() -> None:
         assert all(is_true(one, truth) for one in named)
     assert not is_exactly([BAND], [sides])
     assert not is_true(sides, [BAND])
+
+
+@pytest.mark.parametrize(
+    ("offset", "exact"),
+    [(0.008, True), (0.0054, True), (0.0053, False), (0.0121, False), (-0.008, False)],
+)
+def test_a_dead_band_whose_ends_differ_has_a_null_bias(offset: float, exact: bool) -> None:
+    # The dead band is from -0.048 to 0.032 of the command: its middle is at -0.008.
+    machine = replace(
+        answer("one", BAND), effects={BAND: {"overlap": 0.04}}, variants={"lap_difference": -0.2}
+    )
+    sizes = {"offset": Estimate(offset, offset, offset)}
+    both = Findings("effects", (NamedEffect(BAND, 0.9), NamedEffect(BIAS, 0.9, sizes)))
+    assert judge(machine, both).exact == exact
+    assert judge(machine, findings("effects", BAND)).exact
+    equal = replace(machine, variants={})
+    assert not judge(equal, both).exact
 
 
 def test_a_spring_that_stands_for_a_force_covers_no_other_name() -> None:
