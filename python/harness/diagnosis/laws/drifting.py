@@ -49,6 +49,7 @@ ORDINARY = {
     "fluid.bulk_modulus_pa": 0.02,
 }
 ORDINARY_SIGMAS = 2.0
+SUPPLY = "effects.supply_droop."
 
 
 @dataclass(frozen=True)
@@ -197,8 +198,12 @@ def _linearised(
 
 
 def _may_change(name: str) -> bool:
-    """Whether a value may change within minutes: not one of steel, nor one of our simulator."""
-    return not (ParameterKey(name).is_nuisance or name.startswith("cylinder."))
+    """Whether a value may change within minutes: not one of steel, nor one of our simulator.
+
+    The pressure of a pump with a relief valve bends over the flow. Where the flow grows in the
+    course of a record, a droop that is proportional to it would seem to grow as well.
+    """
+    return not (ParameterKey(name).is_nuisance or name.startswith(("cylinder.", SUPPLY)))
 
 
 def _with_time(problem: Problem, x: FloatArray, own: Sequence[int], longest_s: float) -> Quadratic:
