@@ -67,6 +67,20 @@ def test_what_changes_is_told_in_words() -> None:
     assert "as if internal leakage fell by 25 %, or valve lag (bandwidth) fell by 25 %." in told
 
 
+@pytest.mark.parametrize(
+    ("name", "may"),
+    [
+        ("load.viscous_friction_n_s_m", True),
+        ("effects.internal_leakage.coefficient_m3_s_pa", True),
+        ("effects.supply_droop.source_resistance_pa_s_m3", False),  # it bends over the flow
+        ("cylinder.bore_m", False),
+        ("nuisance.spool_bandwidth_hz", False),
+    ],
+)
+def test_what_may_change_within_minutes(name: str, may: bool) -> None:
+    assert drifting._may_change(name) == may
+
+
 @pytest.mark.slow
 def test_what_every_servo_does_is_no_drift(monkeypatch: pytest.MonkeyPatch) -> None:
     """A value that may change by as much, as the viscous friction may, is no evidence."""
