@@ -414,10 +414,10 @@ def judge(answer: Answer, findings: Findings) -> Judgement:
 
 def _null_by_ends(answer: Answer, findings: Findings) -> tuple[str, ...]:
     """The null bias, where it is named and is that of a dead band whose ends differ."""
-    told = next((each for each in findings.named if each.id == NULL_BIAS), None)
-    if told is None or not answer.null_bias or NULL_BIAS in answer.effects:
+    sizes = {each.id: each.sizes for each in findings.named}.get(NULL_BIAS, {})
+    if "offset" not in sizes or not answer.null_bias or NULL_BIAS in answer.effects:
         return ()
-    share = told.sizes["offset"].value / answer.null_bias
+    share = sizes["offset"].value / answer.null_bias
     return (NULL_BIAS,) if 1.0 / NULL_WITHIN <= share <= NULL_WITHIN else ()
 
 
