@@ -269,6 +269,8 @@ class Answer:
     laws: tuple[tuple[str, str], ...] = ()
     """Equation and variable of the laws that the simulator lacks, where more than one may be found;
     effects of the catalogue in an "open" case are beside them."""
+    logged_every: int = 1
+    """The log has every so many commands of the controller; what it sent in between is unknown."""
     variants: Mapping[str, Any] = field(default_factory=dict)
     """Laws of a wide machine, see `reality.variants`."""
 

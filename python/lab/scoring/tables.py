@@ -205,6 +205,9 @@ SPLITS: dict[str, Callable[[ScoredCase], str | None]] = {
     "excitation of the fitted record": lambda case: case.answer.excitation[0],
     "excitation of the held-out record": lambda case: case.answer.excitation[-1],
     "sensors": lambda case: case.answer.sensors,
+    "commands of the controller in the log": lambda case: (
+        "all" if case.answer.logged_every == 1 else f"one of {case.answer.logged_every}"
+    ),
     "plant": lambda case: case.answer.plant,
     "effect, where it is the only one": lambda case: (
         next(iter(case.answer.effects)) if len(case.answer.effects) == 1 else None

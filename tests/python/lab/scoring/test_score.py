@@ -172,6 +172,18 @@ def test_the_worst_family_is_first_and_small_ones_are_left_out(usual: Score) -> 
     assert ends == sorted(ends)
 
 
+def test_logs_of_a_part_of_the_commands_stand_apart(tmp_path: Path) -> None:
+    answers = made_answers(6)
+    first = sorted(answers)[0]
+    answers[first]["logged_every"] = 2
+    splits = score_folder(write_check(tmp_path, answers, perfect)).splits
+    [table] = (one for one in splits if one.title == "commands of the controller in the log")
+    counted = {name: 0 for name, *_ in table.rows}
+    for name, _, figures in table.rows:
+        counted[name] += figures[0].n
+    assert counted == {"all": 5, "one of 2": 1}
+
+
 @pytest.mark.slow
 def test_small_gaps_ask_for_no_name_but_untold_ones_do(tmp_path: Path) -> None:
     answers = {name: one for name, one in made_answers(60).items() if one["kind"] == "one"}
