@@ -3,10 +3,11 @@
 
 CHECK is the folder of an `ehsid gap-check` that is finished. Each machine with known effects is
 fitted without one of them, and our simulator tells what this effect, of its true size, would leave
-beside that fit (`ehsid.harness.diagnosis.search.visible`). From one on, the evidence for it over
-that which a name needs, the records can show the effect. That is compared with what the diagnosis
-named when it did not know the effect. Steps of a position sensor are left out:
-the record shows them without a fit.
+beside that fit (`ehsid.harness.diagnosis.search.visible`). This gives the evidence for the effect,
+as a ratio to the evidence that a name needs. Where the ratio is at least one, the records can show
+the effect. It is compared with what the diagnosis named, which did not know the effect. An effect
+that is named beside a cause outside of the catalogue does not count as found. Steps of a position
+sensor are left out: the record shows them without a fit.
 """
 
 from __future__ import annotations
@@ -44,7 +45,7 @@ class Shown:
     case: ScoredCase
     effect: str
     evidence: float
-    """For it, over what a name needs."""
+    """Evidence for the effect over that which a name needs."""
 
     @property
     def found(self) -> bool:

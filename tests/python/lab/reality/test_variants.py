@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 from reality_runs import DT_S, drawn_case, own_run
 from scipy.integrate import quad, solve_ivp
 
+from ehsid.lab.blind.making import Answer
 from ehsid.lab.reality import machine as equations
 from ehsid.lab.reality.case import start_state
 from ehsid.lab.reality.truth import Truth
@@ -177,6 +178,11 @@ def test_unequal_ends_keep_the_width_of_the_dead_band(seed: int) -> None:
     difference = laps["pa"] + laps["bt"] - laps["at"] - laps["pb"]
     equal = old[0] + old[3] - old[1] - old[2]
     assert difference - equal == pytest.approx(0.2 * math.fsum(old))
+    # A null bias is added to the opening: it moves the middle of the dead band the other way.
+    overlap = 0.25 * math.fsum(old)
+    sizes = {"valve_dead_band": {"overlap": overlap}}
+    told = Answer("one", "wide", "ehs", "", (), sizes, ("valve",), variants={"lap_difference": 0.2})
+    assert told.null_bias == pytest.approx(-0.25 * (difference - equal))
     assert with_variants(machine, Variants(lap_difference=0.2), ["valve_lag"]) == machine
 
 
