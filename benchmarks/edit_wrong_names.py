@@ -40,7 +40,8 @@ from ehsid.lab.blind.making import ANSWERS, EDITED, RESULTS, read_answers
 from ehsid.lab.blind.running import read_case
 from ehsid.lab.pages.check_words import figure_text
 from ehsid.lab.scoring.edits import EDITS, edits_of, edits_of_twin, figures_of
-from ehsid.lab.scoring.judging import Edited, ScoredCase, judge, read_findings
+from ehsid.lab.scoring.findings import read_findings
+from ehsid.lab.scoring.judging import Edited, ScoredCase, judge
 
 Edits = tuple[Edited, ...]
 

@@ -32,7 +32,8 @@ from ehsid.lab.blind.making import ANSWERS, RESULTS, read_answers
 from ehsid.lab.blind.running import read_case
 from ehsid.lab.pages.check_words import figure_text
 from ehsid.lab.scoring.figures import share
-from ehsid.lab.scoring.judging import ScoredCase, is_true, judge, read_findings
+from ehsid.lab.scoring.findings import read_findings
+from ehsid.lab.scoring.judging import ScoredCase, is_true, judge
 
 # Groups of the table: ends of the evidence over what a name needs.
 ENDS = (0.0, 0.5, 1.0, 2.0, np.inf)

@@ -3,7 +3,8 @@
 
 from ehsid.harness.diagnosis.schema import Candidate
 from ehsid.lab.blind.making import Answer
-from ehsid.lab.scoring.judging import Findings, NamedEffect, ScoredCase, judge
+from ehsid.lab.scoring.findings import Findings, NamedEffect
+from ehsid.lab.scoring.judging import ScoredCase, judge
 
 BAND, BIAS, LAG = "valve_dead_band", "valve_null_bias", "sensor_lag"
 

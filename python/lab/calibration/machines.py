@@ -23,16 +23,8 @@ from ehsid.harness.diagnosis.search.maps import QUANTISATION
 from ..blind.making import ANSWERS, RESULTS, SEAL, Answer, Kind, read_answers, read_seal
 from ..scoring.baselines import promises, transfer_of
 from ..scoring.figures import effect_errors
-from ..scoring.judging import (
-    FAILED,
-    HEALTHY,
-    KNOWN,
-    SENSORS,
-    ScoredCase,
-    is_exactly,
-    judge,
-    read_findings,
-)
+from ..scoring.findings import FAILED, read_findings
+from ..scoring.judging import HEALTHY, KNOWN, SENSORS, ScoredCase, is_exactly, judge
 
 # Measures of the shrinkage of the gap: of the explainable gap, and from the rig as configured.
 Measure = Literal["of_explainable", "from_nominal"]

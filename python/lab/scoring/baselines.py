@@ -38,7 +38,8 @@ from ehsid.harness.rigs import Rig, read_rig
 
 from ..blind.making import CASES, RESULTS, TRANSFER, Answer
 from .figures import Figure, quantile, share
-from .judging import Findings, Judgement, NamedEffect, ScoredCase, Transfer, group_by, judge
+from .findings import Findings, NamedEffect
+from .judging import Judgement, ScoredCase, Transfer, group_by, judge
 
 PERMUTATIONS = 10_000
 SEED = 6

@@ -23,7 +23,8 @@ from ehsid.harness.records import read_record
 
 from ..blind.making import EDITED, RESULTS
 from .figures import LEVEL, Figure, quantile, share
-from .judging import Edited, Findings, ScoredCase
+from .findings import Findings
+from .judging import Edited, ScoredCase
 
 # Share of the sizes that is left, by the name of the record.
 EDITS = {"removed": 0.0, "halved": 0.5}

@@ -35,7 +35,8 @@ from .figures import (
     risk_curve,
     share,
 )
-from .judging import FAILED, Findings, ScoredCase, group_by, judge, read_findings
+from .findings import FAILED, Findings, read_findings
+from .judging import ScoredCase, group_by, judge
 from .tables import (
     Confusion,
     FigureTable,

@@ -11,7 +11,8 @@ from ehsid.harness.catalogue.parameters import effects
 
 from ..blind.making import GRADES
 from .figures import Figure, Range, SizeError, effect_errors, mean, quantile, rig_errors, share
-from .judging import FAILED, GAP_NAMES, KINDS, SENSORS, ScoredCase, group_by
+from .findings import FAILED
+from .judging import GAP_NAMES, KINDS, SENSORS, ScoredCase, group_by
 from .unseen import unseen_effects
 
 # Grades whose records should allow one name; smooth and small records often allow only a set.

@@ -10,7 +10,8 @@ from dataclasses import dataclass
 from ehsid.harness.diagnosis.schema import Candidate
 
 from .figures import Figure, quantile
-from .judging import GAP_SIZES, Findings, ScoredCase
+from .findings import Findings
+from .judging import GAP_SIZES, ScoredCase
 from .unseen import unseen_effects
 
 # Two fits that differ by less cannot be told apart by a record. The difference means odds of 150 to

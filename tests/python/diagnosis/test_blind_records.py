@@ -17,7 +17,8 @@ from ehsid.lab.blind.making import Answer
 from ehsid.lab.reality import make_case
 from ehsid.lab.reality.case import Kind, Sensors
 from ehsid.lab.reality.variants import Grade
-from ehsid.lab.scoring.judging import Findings, Judgement, NamedEffect, judge
+from ehsid.lab.scoring.findings import Findings, NamedEffect
+from ehsid.lab.scoring.judging import Judgement, judge
 
 # Six records of 6 s at 500 Hz take half a minute on two cores.
 SECONDS = 6.0

@@ -6,7 +6,8 @@ from statsmodels.tools.eval_measures import bic as bic_of
 
 from ehsid.harness.diagnosis.schema import Candidate
 from ehsid.lab.scoring.baselines import baselines, best_fit, largest_gain, lowest_bic, refit_only
-from ehsid.lab.scoring.judging import Findings, judge
+from ehsid.lab.scoring.findings import Findings
+from ehsid.lab.scoring.judging import judge
 
 
 def ids(found: Findings | None) -> list[str]:

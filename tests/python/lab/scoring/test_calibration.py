@@ -20,7 +20,8 @@ from ehsid.lab.scoring.figures import (
     rig_errors,
     risk_curve,
 )
-from ehsid.lab.scoring.judging import Findings, NamedEffect, ScoredCase, judge
+from ehsid.lab.scoring.findings import Findings, NamedEffect
+from ehsid.lab.scoring.judging import ScoredCase, judge
 from ehsid.lab.scoring.score import score_folder
 
 CLAIMS = st.lists(st.builds(Claim, st.floats(0.0, 1.0), st.booleans()), min_size=1, max_size=80)

@@ -18,7 +18,8 @@ from ehsid.harness.records import write_record
 from ehsid.harness.rigs import write_rig
 from ehsid.lab.pages.check_page import write_page
 from ehsid.lab.scoring.edits import edit_figures, edits_of, separation
-from ehsid.lab.scoring.judging import Edited, read_findings
+from ehsid.lab.scoring.findings import read_findings
+from ehsid.lab.scoring.judging import Edited
 from ehsid.lab.scoring.score import score_folder
 
 BIAS = {"effects.valve_null_bias.offset": 0.03}

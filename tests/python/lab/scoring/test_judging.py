@@ -12,15 +12,8 @@ from ehsid.harness.catalogue.families import spelled_out
 from ehsid.harness.catalogue.parameters import effects
 from ehsid.harness.diagnosis.schema import Estimate
 from ehsid.lab.blind.making import Answer
-from ehsid.lab.scoring.judging import (
-    FAILED,
-    NEAR,
-    Findings,
-    NamedEffect,
-    is_exactly,
-    is_true,
-    judge,
-)
+from ehsid.lab.scoring.findings import FAILED, Findings, NamedEffect
+from ehsid.lab.scoring.judging import NEAR, is_exactly, is_true, judge
 
 BAND, BIAS, DELAY = "valve_dead_band", "valve_null_bias", "transport_delay"
 COULOMB, STRIBECK = "coulomb_friction", "stribeck_friction"

@@ -13,7 +13,8 @@ from scipy import stats
 from ehsid.lab.blind.making import Settings
 from ehsid.lab.reality.effects import CATALOGUE
 from ehsid.lab.scoring.baselines import control
-from ehsid.lab.scoring.judging import Findings, NamedEffect, judge
+from ehsid.lab.scoring.findings import Findings, NamedEffect
+from ehsid.lab.scoring.judging import judge
 from ehsid.lab.scoring.score import Score, score_folder
 from ehsid.lab.scoring.tables import LEAST_CASES
 

@@ -16,7 +16,7 @@ from ehsid.harness.diagnosis.search.candidates import DECISION_SUBSTEPS
 from ehsid.harness.records import write_record
 from ehsid.harness.rigs import Rig, write_rig
 from ehsid.lab.scoring.baselines import independent_samples, promises, realised, without
-from ehsid.lab.scoring.judging import Findings, NamedEffect
+from ehsid.lab.scoring.findings import Findings, NamedEffect
 from ehsid.lab.scoring.score import score_folder
 
 FRICTION = {"effects.coulomb_friction.force_n": 900.0}
