@@ -40,6 +40,9 @@ EVIDENCE = 37.0
 # factor of Occam for its size. A law that contains another counts as two, and one that acts nearly
 # as two effects together as three.
 EFFECT = 2.7
+# Prior cost of values of the rig that are not those of the rig file within their uncertainty, nats:
+# as much as two effects.
+VALUES = 2.0 * EFFECT
 # Cost of an effect that is no larger than what every servo has, nats. It falls to zero at a size e
 # times as large: a small effect is more often the shape of another law than a cause.
 SMALL = 3.4

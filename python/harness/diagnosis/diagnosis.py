@@ -55,7 +55,7 @@ from .schema import (
     Verdict,
     Where,
 )
-from .search.candidates import FittedCandidate, calibrate_nuisances, decision_case
+from .search.candidates import FittedCandidate, decision_case
 from .search.identifiability import (
     effects_hardly_shown,
     unidentifiable_effects,
@@ -399,10 +399,7 @@ class _Evaluation:
 
     @cached_property
     def decision(self) -> Decision:
-        """The verdict; it is made when it is asked for, because it may need a fit of its own."""
-        nuisance_fit = None
-        if not self.selection.best.effects:
-            nuisance_fit = calibrate_nuisances(self.case, self.search_result.calibrated)
+        """The verdict."""
         # A law that is found explains more.
         return decide(
             self.case,
@@ -411,7 +408,6 @@ class _Evaluation:
             self.reduction,
             self.calibration,
             self.hardly_shown,
-            nuisance_fit,
             self.step,
             missing="" if self.laws is None else sentence(self.laws.laws),
             changing=self._changing() if self.laws is None else "",

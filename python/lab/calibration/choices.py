@@ -27,6 +27,7 @@ class Choices:
     left: FloatArray
     laws: FloatArray
     small: FloatArray
+    price: FloatArray
     """(N, M): arguments of `score.score`; zero where a machine has fewer sets."""
     present: BoolArray
     """(N, M): whether the machine has this set."""
@@ -43,6 +44,7 @@ class Choices:
             self.left[which],
             self.laws[which],
             self.small[which],
+            self.price[which],
             self.present[which],
             self.left_by_none[which],
             self.pressures[which],
@@ -53,7 +55,7 @@ class Choices:
 def choices_of(machines: Sequence[Machine]) -> Choices:
     """Returns the sets of one machine or more as arrays."""
     shape = len(machines), max(len(machine.sets) for machine in machines)
-    left, laws, small = (np.zeros(shape) for _ in range(3))
+    left, laws, small, price = (np.zeros(shape) for _ in range(4))
     present = np.zeros(shape, dtype=np.bool_)
     true = np.zeros((shape[0], shape[1] + 1), dtype=np.bool_)
     for i, machine in enumerate(machines):
@@ -61,6 +63,7 @@ def choices_of(machines: Sequence[Machine]) -> Choices:
         left[i, :count] = [each.left for each in machine.sets]
         laws[i, :count] = [law_count(each.effects) for each in machine.sets]
         small[i, :count] = [each.small for each in machine.sets]
+        price[i, :count] = [each.price for each in machine.sets]
         present[i, :count] = True
         true[i, :count] = machine.true_sets
         true[i, -1] = machine.outside
@@ -68,6 +71,7 @@ def choices_of(machines: Sequence[Machine]) -> Choices:
         left,
         laws,
         small,
+        price,
         present,
         np.array([machine.left_by_none for machine in machines]),
         np.array([machine.pressures for machine in machines]),
@@ -98,7 +102,7 @@ def scores(choices: Choices, constants: Constants, best: IntArray | None = None)
 
 
 def _of_sets(choices: Choices, constants: Constants) -> FloatArray:
-    of_sets = score(choices.left, choices.laws, choices.small, constants)
+    of_sets = score(choices.left, choices.laws, choices.small, choices.price, constants)
     return np.where(choices.present, of_sets, -np.inf)
 
 

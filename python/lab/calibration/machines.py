@@ -33,11 +33,13 @@ MEASURES: tuple[Measure, ...] = get_args(Measure)
 
 @dataclass(frozen=True)
 class WeighedSet:
-    """A set of effects that the decision weighed; `left`, `small`: as `hypotheses.Hypothesis`."""
+    """A set of effects that the decision weighed; its numbers are those of its `Hypothesis`."""
 
     effects: tuple[str, ...]
     left: float
     small: float
+    price: float = 0.0
+    """0 in a file of a version in which values of the rig had no price."""
 
 
 @dataclass(frozen=True)
@@ -96,6 +98,8 @@ class Machine:
                 return f"sets: '{unknown[0]}' is no effect of the catalogue of this version"
             if not (0.0 <= each.left < math.inf and 0.0 <= each.small < math.inf):
                 return f"sets: left {each.left:g}, small {each.small:g}: expected finite, >= 0"
+            if not math.isfinite(each.price):
+                return f"sets: price {each.price:g}: expected finite"
         return None
 
     @property
@@ -214,7 +218,9 @@ def read_case(out: Path, name: str, answer: Answer) -> Machine | str:
     if findings.verdict in (FAILED, INSUFFICIENT):
         return findings.verdict
     sets = tuple(
-        WeighedSet(each.effects, _rounded(each.left), _rounded(each.small))
+        WeighedSet(
+            each.effects, _rounded(each.left), _rounded(each.small), _rounded(each.price or 0.0)
+        )
         for each in findings.candidates
         if each.probability is not None and each.left is not None and each.small is not None
     )

@@ -173,7 +173,7 @@ def test_keys_of_others_are_left_alone_and_ours_may_lack(tmp_path: Path) -> None
         del plain[key]
     del plain["which"]["outside_probability"]
     for candidate in plain["which"]["candidates"]:
-        for key in ("left", "small", "probability"):
+        for key in ("left", "small", "probability", "price"):
             del candidate[key]
     plain["which"]["missing_law"] = []
     path = tmp_path / "other.json"
@@ -191,7 +191,7 @@ def test_values_are_those_of_the_findings(tmp_path: Path) -> None:
     assert plain["which"]["ambiguity_set"] == [["coulomb_friction"], ["stribeck_friction"]]
     assert plain["which"]["outside_probability"] == diagnosis.outside_probability
     for written_one, one in zip(plain["which"]["candidates"], diagnosis.candidates, strict=True):
-        for name in ("left", "small", "probability"):
+        for name in ("left", "small", "probability", "price"):
             assert written_one[name] == getattr(one, name)
     assert plain["calibration"]["load.mass_kg"] == {
         "rig": 120.0,

@@ -30,8 +30,9 @@ A set that has an effect of the true one misses the others; else it is a wrong n
 friction count as one effect. A law without a name is a cause outside. An answer that is less
 probable than TOLD is not given.
 
-Two questions stand beside these, on the same scale. Where nothing is missing: do values of the rig
-differ from the rig file? Other values cost as much as two effects. And does the position come in
+Values that are not those of the rig file within their uncertainty cost VALUES at most, whatever the
+set, see `score.price_of_values`. So the probability that values differ is part of it, and where
+nothing is missing that is the answer. One question stands beside these: does the position come in
 steps? The record itself shows that.
 """
 
@@ -43,14 +44,11 @@ from typing import Literal
 
 import numpy as np
 import numpy.typing as npt
-from scipy.special import expit
 
 from ...base.numbers import FloatArray
 from ...catalogue.families import effect_families, law_count
 from ..deciding import (
     AGREES,
-    EFFECT,
-    EVIDENCE,
     FALSE_ALARM,
     FURTHER_MEMBER,
     MISSED,
@@ -63,11 +61,13 @@ from ..model.case import Case
 from ..search.candidates import FittedCandidate
 from ..search.intervals import matters
 from ..search.maps import edges_can_replace_force
+from ..search.refit import FittedToAll
 from ..search.score import (
     IN_USE,
     Constants,
     always_touches,
     left,
+    price_of_values,
     score,
     share_of_tolerance,
     smallness,
@@ -91,6 +91,8 @@ class Hypothesis:
     left: float = 0.0
     small: float = 0.0
     """Errors that the set leaves, and the sum over its effects of max(0, 1 - margin)."""
+    price: float = 0.0
+    """Of its values of the rig, nats, see `score.price_of_values`."""
     probability: float = 0.0
     """0 to 1."""
 
@@ -174,10 +176,10 @@ class Posterior:
     def with_laws(self, laws: Sequence[tuple[Sequence[str], float]]) -> Posterior:
         """Returns the probabilities with laws without a name as further hypotheses.
 
-        laws: of each the effects beside it, and its evidence against the rig without effects, nats,
-        its prior cost included.
+        laws: of each the effects beside it, and its evidence against the rig without effects whose
+        values cost nothing, nats, its prior cost included.
         """
-        nothing = self.healthy.score - self.agreement
+        nothing = self.healthy.score + self.healthy.price - self.agreement
         further = [
             Hypothesis("law", nothing + evidence, tuple(effects)) for effects, evidence in laws
         ]
@@ -233,11 +235,12 @@ def posterior(
     case: Case,
     calibrated: FittedCandidate,
     refined: Sequence[FittedCandidate],
-    together: Sequence[FittedCandidate] = (),
+    together: Sequence[FittedToAll] = (),
 ) -> Posterior:
     """Returns the probabilities of the calibrated rig, of the refined sets, and of a cause outside.
 
-    together: the likely ones with their values fitted to all data; what they leave counts.
+    together: the likely ones with their values fitted to all data; what they leave counts. The
+    price of the values of the others is that with the values of their fit.
 
     Sets with an effect that is no larger than in every servo are left out, and so are load forces
     that edges of the valve can replace: the smaller set stands for them. For a contact that the rod
@@ -253,14 +256,16 @@ def posterior(
     ]
     candidates = [calibrated, *named]
     of_all = {each.effects: each for each in together}
-    told = {each.effects: of_all.get(each.effects, each) for each in candidates}
+    fits = {each.effects: of_all.get(each.effects, FittedToAll(each, each)) for each in candidates}
+    told = {effects: each.freely for effects, each in fits.items()}
     share = share_of_tolerance(case, list(told.values()))
     sets = []
     for each in candidates:
         leaves, small = left(case, told[each.effects], share=share), smallness(case, each)
-        points = float(score(leaves, law_count(each.effects), small))
+        price = price_of_values(case, told[each.effects], fits[each.effects].held, share)
+        points = float(score(leaves, law_count(each.effects), small, price))
         kind: Kind = "effects" if each.effects else "nothing"
-        sets.append(Hypothesis(kind, points, each.effects, each, leaves, small))
+        sets.append(Hypothesis(kind, points, each.effects, each, leaves, small, price))
     best = max(sets, key=lambda each: each.score)
     # How much is left at all is measured with the whole tolerance, whatever tells the sets apart,
     # and without what nobody can tell of a rod that sticks and slips.
@@ -270,15 +275,6 @@ def posterior(
     # An effect that cannot be tried is the less probable, the more another one explains.
     outside += uncarried_odds(case.rig) * (of_best / of_none if of_none > 0.0 else 1.0)
     return weighed([*sets, Hypothesis("outside", outside)], share)
-
-
-def values_differ(left_by_file: float, left_by_values: float) -> float:
-    """Probability that values of the rig differ from the rig file, where no effect is missing.
-
-    left_by_file, left_by_values: errors that are left with the values of the rig file, and fitted.
-    """
-    # Other values cost as much as two effects.
-    return float(expit(EVIDENCE * (left_by_file - left_by_values) - 2.0 * EFFECT))
 
 
 # Probability of what the record itself shows, such as steps of a sensor, against its contrary: no

@@ -247,9 +247,9 @@ def ranked_candidates(
                 found.kind,
                 found.why,
                 *(
-                    (hypothesis.left, hypothesis.small, hypothesis.probability)
+                    (hypothesis.left, hypothesis.small, hypothesis.probability, hypothesis.price)
                     if hypothesis is not None
-                    else (None, None, None)
+                    else (None, None, None, None)
                 ),
             )
         )

@@ -11,10 +11,9 @@ from ..model.case import Case
 from ..schema import Calibrated, CannotJudge, Estimate, HowFar, Verdict
 from ..search.candidates import FittedCandidate
 from ..search.intervals import AtBound, values_at_bounds
-from ..search.score import left
+from ..search.score import values_differ
 from ..search.search import SearchResult
 from .effect_selection import Selection, chance, in_words, percent
-from .hypotheses import values_differ
 from .results import caveats
 
 
@@ -34,7 +33,6 @@ def decide(
     reduction: HowFar,
     calibration: Mapping[str, Calibrated],
     hardly_shown: Sequence[CannotJudge],
-    nuisance_fit: FittedCandidate | None = None,
     step: Estimate | None = None,
     missing: str = "",
     changing: str = "",
@@ -51,9 +49,6 @@ def decide(
         calibrated values, and whether they have moved, by full name.
     hardly_shown
         selected effects of which the records show little, with the reason.
-    nuisance_fit
-        the fit of the nuisances alone, with the rig's own values as in the rig file; None where an
-        effect was selected.
     step
         step of the position sensor, m, where it is coarse; else None.
     missing
@@ -108,9 +103,7 @@ def decide(
                 f"{100.0 * share:.0f} % of the gap above the noise floor.",
                 what_stays(selection, reduction),
             )
-    by_values = 0.0
-    if nuisance_fit is not None:
-        by_values = values_differ(left(case, nuisance_fit), left(case, search_result.calibrated))
+    by_values = values_differ(selection.posterior.healthy.price)
     moved = [name for name, value in calibration.items() if value.moved and by_values >= 0.5]
     agrees = agrees_as_configured(reduction.nominal, reduction.noise_floor[1])
     verdict: Verdict = "no_gap"
@@ -121,7 +114,7 @@ def decide(
         )
         if not moved:
             reasons.append(
-                "What no data sheet gives does nearly as well alone."
+                "Values within the uncertainty that the rig file states do nearly as well."
                 if by_values < 0.5
                 else "No single value differs from the rig file by more than its uncertainty."
             )

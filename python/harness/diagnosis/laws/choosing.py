@@ -23,7 +23,7 @@ from ..schema import MissingLaw
 from ..search.candidates import FittedCandidate, decision_case, evaluate
 from ..search.gap_reduction import WindowSums, mean_gap
 from ..search.intervals import LEVEL, candidate_covariance, matters
-from ..search.score import left
+from ..search.score import left, price_of_values
 from ..search.search import restrict
 from .beside import constant_of, effect_beside, is_part, without_law
 from .drifting import Drift, explains_more
@@ -68,7 +68,7 @@ class LawsFound:
     """Share of the effects in the shrinkage of the held-out gap, 0 to 1; the laws have the rest."""
     hypotheses: tuple[tuple[tuple[str, ...], float], ...]
     """Effects beside laws, first those of the candidate, each with the evidence for it against the
-    rig without laws and effects, nats."""
+    rig without laws and effects, whose values cost nothing, nats."""
     held: Mapping[str, float]
     """Sizes of effects that were held, by full name: the laws are what remains beside them."""
 
@@ -378,8 +378,12 @@ def _penalised(case: Case, candidate: FittedCandidate) -> float:
 
 
 def _evidence(case: Case, calibrated: FittedCandidate, candidate: FittedCandidate) -> float:
-    """Evidence that the laws of a candidate are the cause, nats; see `_price`."""
+    """Evidence that the laws of a candidate are the cause, nats; see `_price`.
+
+    Its values have their price, against those of the calibrated rig at none.
+    """
     gain = EVIDENCE * (_penalised(case, calibrated) - _penalised(case, candidate))
+    gain -= price_of_values(case, candidate, candidate)
     return gain - (0.0 if moves_as_lever(case, candidate) else CAUSE)
 
 

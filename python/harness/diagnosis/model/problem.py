@@ -145,6 +145,12 @@ class Problem:
         other.__dict__["likelihoods"] = likelihoods
         return other
 
+    def with_priors(self, factor: float) -> Problem:
+        """The same problem with priors that count so many times."""
+        other = copy(self)
+        other._weight = factor * self._weight
+        return other
+
     def information(self) -> FloatArray:
         """Information of the priors: sigma^-2 of each parameter, shape (n,)."""
         return self._weight

@@ -219,23 +219,6 @@ def linearised_start(
     return FitStart(x, linear)
 
 
-def calibrate_nuisances(case: Case, calibrated: FittedCandidate) -> FittedCandidate:
-    """Fits the nuisances only; the rig's own values stay as in the rig file."""
-    fine = decision_case(case)
-    coarse, exact = case.problem(), fine.problem()
-    is_rig_value = [not ParameterKey(parameter.name).is_nuisance for parameter in coarse.parameters]
-    centre = coarse.centre()
-    for problem in (coarse, exact):
-        problem.low = np.where(is_rig_value, centre, problem.low)
-        problem.high = np.where(is_rig_value, centre, problem.high)
-    fits = [partial(fit, coarse, start, iterations=ITERATIONS) for start in (calibrated.x, centre)]
-    best = _best(run_together(fits))
-    fitted = with_slower_spool(coarse, case.problem(held_out=True), best, ITERATIONS)
-    # Held values make the minimum narrow, so that the fit needs twice the steps.
-    fitted = fit(coarse, fitted.x, iterations=ITERATIONS)
-    return evaluate(fine, (), fit(exact, fitted.x, iterations=ITERATIONS_FINE))
-
-
 def places_and_sizes(
     case: Case, problem: Problem, effect: str
 ) -> tuple[npt.NDArray[np.int64], list[FloatArray]]:

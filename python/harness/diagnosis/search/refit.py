@@ -7,16 +7,19 @@
   which is fitted later, would have an advantage over all that was fitted before.
 - Held-out records excite values of the rig that the fitted ones do not show. What a set leaves
   there tells of these values, and not of the set, unless they are fitted to all records.
+- Many records move a value as far as they like, whatever the rig file says. A second fit weighs its
+  priors against the evidence of the decision, which does not grow with the records.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import partial
 
+from ...base.numbers import FloatArray
 from ...base.parallel import run_together
-from ..deciding import EFFECT
+from ..deciding import EFFECT, EVIDENCE
 from ..model.case import Case
 from ..model.fit import Fit, fit
 from .candidates import (
@@ -33,8 +36,25 @@ from .search import SearchResult
 # Sets this far behind the best one are no answer after another fit either, nats: what three
 # effects cost.
 BEHIND = 3.0 * EFFECT
-# Steps of a fit to all data, which starts from that to a part of them.
-ITERATIONS_TOGETHER = 6
+# Steps of a fit to all data, which starts from that to a part of them, and of the next one, whose
+# priors pull harder.
+ITERATIONS_TOGETHER, ITERATIONS_HELD = 6, 10
+
+
+@dataclass(frozen=True, eq=False)
+class FittedToAll:
+    """A set of effects that was fitted to all data; the costs and errors are those of the case."""
+
+    freely: FittedCandidate
+    """With values that the data move as far as they like."""
+    held: FittedCandidate
+    """With values that stay near the rig file, unless the evidence is worth more than their prior:
+    those that make EVIDENCE left(x) + prior(x) least."""
+
+    @property
+    def effects(self) -> tuple[str, ...]:
+        """The effects of the set."""
+        return self.freely.effects
 
 
 def with_slower_spools(case: Case, found: SearchResult) -> SearchResult:
@@ -50,20 +70,24 @@ def fitted_again(case: Case, found: SearchResult) -> SearchResult:
     return _again(case, found, lambda each: refine_finely(case, each.effects, each.x))
 
 
-def fitted_to_all(case: Case, found: SearchResult) -> tuple[FittedCandidate, ...]:
-    """Returns the calibrated rig and the likely sets with their values fitted to all data.
-
-    Their costs and errors are those of the two parts of the case at these values.
-    """
+def fitted_to_all(case: Case, found: SearchResult) -> tuple[FittedToAll, ...]:
+    """Returns the calibrated rig and the likely sets with their values fitted to all data."""
     if case.engine is not None:  # a run of a user's simulator takes long
         return ()
     fine = decision_case(case)
     together = fine.together()
 
-    def fitted(each: FittedCandidate) -> FittedCandidate:
+    def at(effects: tuple[str, ...], x: FloatArray) -> FittedCandidate:
+        return evaluate(fine, effects, Fit(x, fine.problem(effects).cost(x), 0, False))
+
+    def fitted(each: FittedCandidate) -> FittedToAll:
         problem = together.problem(each.effects)
-        x = fit(problem, each.x, iterations=ITERATIONS_TOGETHER).x
-        return evaluate(fine, each.effects, Fit(x, fine.problem(each.effects).cost(x), 0, False))
+        freely = fit(problem, each.x, iterations=ITERATIONS_TOGETHER).x
+        independent = sum(float(one.counts.sum()) for one in problem.likelihoods.values())
+        # argmin EVIDENCE left(x) + prior(x), as the cost of a fit counts all independent errors
+        heavier = problem.with_priors(independent / EVIDENCE)
+        held = fit(heavier, freely, iterations=ITERATIONS_HELD).x
+        return FittedToAll(at(each.effects, freely), at(each.effects, held))
 
     return tuple(run_together([partial(fitted, each) for each in _likely(case, found)]))
 

@@ -3,11 +3,12 @@
 
 The score of a set S of k laws (`law_count`), nats, is
 
-    u(S) = -EVIDENCE left(S) - k EFFECT - SMALL sum_i max(0, 1 - margin_i)
+    u(S) = -EVIDENCE left(S) - price(S) - k EFFECT - SMALL sum_i max(0, 1 - margin_i)
 
-with the margin of an effect: ln of the factor by which it is larger than what every servo has. The
-search extends sets by it, laws without a name earn their place on it, and the probabilities follow
-from it. The cost of a fit, nats, only tells where a fit of one set ended lower.
+with the margin of an effect: ln of the factor by which it is larger than what every servo has, and
+the price of the values of the rig. The search extends sets by it, and laws without a name earn
+their place on it, both with values that cost nothing; the probabilities follow from it. The cost of
+a fit, nats, only tells where a fit of one set ended lower.
 """
 
 from __future__ import annotations
@@ -25,7 +26,7 @@ from ...base.numbers import FloatArray
 from ...catalogue.families import law_count
 from ...catalogue.spellings import ParameterKey
 from .. import deciding
-from ..deciding import LEAST_SHARE, OCTAVES_WITHIN
+from ..deciding import EVIDENCE, LEAST_SHARE, OCTAVES_WITHIN, VALUES
 from ..model.case import Case
 from ..model.spectrum import OutputLikelihood
 from .candidates import FittedCandidate
@@ -114,6 +115,34 @@ def share_of_tolerance(case: Case, candidates: Sequence[FittedCandidate]) -> flo
     return min(max(most, LEAST_SHARE), 1.0)
 
 
+def price_of_values(
+    case: Case, freely: FittedCandidate, held: FittedCandidate, share: float = 1.0
+) -> float:
+    """Prior cost of the values of the rig with which a set leaves what it leaves, nats.
+
+        price = -ln(exp(-VALUES) + exp(-EVIDENCE (left(held) - left(freely)) - prior(held)))
+
+    Either the values are those of the rig file within their uncertainty, which the fit `held` keeps
+    to and leaves more; or they are anything, as of the fit `freely`. Without a fit that keeps to
+    them, it is at most the price with the same fit twice. Values that no data sheet gives count as
+    those of the rig file do. share: as of `left`.
+    """
+    parameters = case.parameters(held.effects)
+    deviations = [
+        (x - each.centre) / each.sigma for each, x in zip(parameters, held.x, strict=False)
+    ]
+    # 1/2 sum ((x - centre) / sigma)^2; sigma is infinite without a prior
+    prior = 0.5 * math.fsum(each**2 for each in deviations)
+    more = EVIDENCE * (left(case, held, share=share) - left(case, freely, share=share)) + prior
+    return -float(np.logaddexp(-VALUES, -more))
+
+
+def values_differ(price: float) -> float:
+    """Probability, 0 to 1, that the values of a set differ from the rig file, from their price."""
+    # exp(-VALUES) / (exp(-VALUES) + exp(-more))
+    return math.exp(price - VALUES)
+
+
 @dataclass(frozen=True)
 class Constants:
     """Constants of the equations; `deciding` has each by its name in capitals, with its reason.
@@ -142,13 +171,14 @@ def score(
     left: npt.ArrayLike,
     laws: npt.ArrayLike,
     small: npt.ArrayLike,
+    price: npt.ArrayLike = 0.0,
     constants: Constants = IN_USE,
 ) -> FloatArray:
-    """Scores u(S), nats, of sets of so many laws; the three arrays have one shape."""
+    """Scores u(S), nats, of sets of so many laws; the arrays have one shape."""
     evidence = constants.evidence * np.asarray(left)
     prior = constants.effect * np.asarray(laws) + constants.small * np.asarray(small)
-    # u(S) = -EVIDENCE left(S) - k EFFECT - SMALL sum_i max(0, 1 - margin_i)
-    return np.asarray(-evidence - prior)
+    # u(S) = -EVIDENCE left(S) - price(S) - k EFFECT - SMALL sum_i max(0, 1 - margin_i)
+    return np.asarray(-evidence - np.asarray(price) - prior)
 
 
 def smallness(case: Case, candidate: FittedCandidate) -> float:
@@ -167,7 +197,7 @@ def always_touches(case: Case, candidate: FittedCandidate) -> bool:
 
 
 def score_of(case: Case, candidate: FittedCandidate, share: float = 1.0) -> float:
-    """Score u(S), nats, of a fitted set.
+    """Score u(S), nats, of a fitted set, with values that cost nothing.
 
     It is -inf where an effect is no larger than in every servo, or where the rod never leaves a
     contact.

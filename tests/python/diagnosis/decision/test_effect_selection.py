@@ -13,7 +13,7 @@ import pytest
 from made_candidates import CASE, FLOOR, candidate, chosen, search_result
 
 from ehsid.harness.catalogue.parameters import effects as catalogue
-from ehsid.harness.diagnosis.deciding import EFFECT, EVIDENCE
+from ehsid.harness.diagnosis.deciding import VALUES
 from ehsid.harness.diagnosis.decision.effect_selection import (
     chance,
     in_words,
@@ -135,10 +135,16 @@ def _decided(
     result: SearchResult,
     reduction: HowFar,
     calibration: dict[str, Calibrated],
-    nuisance_fit: FittedCandidate,
     step: Estimate | None = None,
 ) -> Decision:
-    return decide(CASE, result, chosen(result), reduction, calibration, (), nuisance_fit, step)
+    return decide(CASE, result, chosen(result), reduction, calibration, (), step)
+
+
+def _with_value(rms: float, deviations: float, *effects: str) -> FittedCandidate:
+    """A candidate with a value of the rig so many deviations from the rig file."""
+    made = candidate(*effects, rms=rms)
+    made.x[0] = deviations
+    return made
 
 
 def _moved(moved: bool) -> dict[str, Calibrated]:
@@ -167,33 +173,28 @@ def _moved(moved: bool) -> dict[str, Calibrated]:
         (LARGE_GAP, [candidate("sensor_lag", rms=0.99 * LARGE_GAP)], False, "outside_catalogue"),
         (LARGE_GAP, [], True, "outside_catalogue"),
         (HIDDEN, [], True, "parameters"),
-        (HIDDEN, [candidate("sensor_lag", rms=HIDDEN)], True, "parameters"),
+        (HIDDEN, [_with_value(HIDDEN, 3.5, "sensor_lag")], True, "parameters"),
+        # An effect beside values of the rig file is more probable than other values.
+        (HIDDEN, [candidate("sensor_lag", rms=HIDDEN)], True, "effects"),
     ],
 )
 def test_verdicts(
     calibrated_m: float, candidates: list[FittedCandidate], moved: bool, verdict: str
 ) -> None:
-    result = search_result(candidate(rms=calibrated_m), *candidates)
-    nuisance_fit = candidate(rms=GAP) if moved else result.calibrated
-    decision = _decided(result, _reduction(0.5, 0.1, 0.01), _moved(moved), nuisance_fit)
+    result = search_result(_with_value(calibrated_m, 3.5 if moved else 0.0), *candidates)
+    decision = _decided(result, _reduction(0.5, 0.1, 0.01), _moved(moved))
     assert decision.verdict == verdict
     assert decision.sentence.endswith(".")
     assert decision.reasons
     assert all(reason.endswith(".") for reason in decision.reasons)
 
 
-def test_values_of_the_rig_file_that_fit_as_well_are_no_parameter_gap() -> None:
-    """A value has moved, but the gain is due to values that no data sheet gives.
-
-    The fitted values leave nothing. With the values of the rig file, errors of the size r leave
-    ln(1 + (r / floor)^2) / 2, once a little less than the cost of other values and once a little
-    more.
-    """
-    result = search_result(candidate(rms=0.0))
+def test_values_within_their_uncertainty_are_no_parameter_gap() -> None:
+    """A value has moved: once a little less and once a little more than costs VALUES."""
     for share, verdict in ((0.9, "no_gap"), (1.1, "parameters")):
-        rms = FLOOR * math.sqrt(math.expm1(2.0 * share * 2.0 * EFFECT / EVIDENCE))
-        reduction = _reduction(0.04, 0.001, 0.001)
-        decision = _decided(result, reduction, _moved(True), candidate(rms=rms))
+        # 1/2 deviations^2 is the cost of the prior.
+        result = search_result(_with_value(0.0, math.sqrt(2.0 * share * VALUES)))
+        decision = _decided(result, _reduction(0.04, 0.001, 0.001), _moved(True))
         assert decision.verdict == verdict
 
 
@@ -222,10 +223,10 @@ def test_values_of_the_rig_file_that_fit_as_well_are_no_parameter_gap() -> None:
 def test_no_gap_is_told_only_near_the_floor_or_where_nothing_makes_it_smaller(
     nominal: float, calibrated: float, floor: float, verdict: str, told: str
 ) -> None:
-    result = search_result(candidate(rms=HIDDEN))
-    for nuisance_fit in (result.calibrated, candidate(rms=GAP)):
+    for deviations in (0.0, 3.5):
+        result = search_result(_with_value(HIDDEN, deviations))
         reduction = _reduction(nominal, calibrated, calibrated, floor)
-        decision = _decided(result, reduction, _moved(False), nuisance_fit)
+        decision = _decided(result, reduction, _moved(False))
         assert decision.verdict == verdict
         assert told in decision.sentence
         assert "No effect is missing" not in decision.sentence
@@ -255,7 +256,7 @@ def test_the_first_sentence_says_what_the_probabilities_say(
             candidate("valve_dead_band", "coulomb_friction", rms=HIDDEN),
         ]
     else:
-        fits = [candidate(rms=DOUBT * FLOOR)]
+        fits = [_with_value(DOUBT * FLOOR, 3.5)]
     result = search_result(*fits)
     selection = chosen(result)
     assert selection.answer.kind == ("effects" if selected else "healthy")
@@ -263,7 +264,7 @@ def test_the_first_sentence_says_what_the_probabilities_say(
     assert [each.effects for each in selection.rivals] == (
         [("valve_dead_band", "coulomb_friction")] if selected else []
     )
-    decision = _decided(result, _reduction(0.5, 0.1, 0.1), _moved(True), candidate(rms=GAP))
+    decision = _decided(result, _reduction(0.5, 0.1, 0.1), _moved(True))
     for words in told:
         assert words in decision.sentence
     assert "No effect is missing" not in decision.sentence
@@ -285,12 +286,12 @@ def test_the_first_sentence_says_what_the_probabilities_say(
 def test_the_first_sentence_says_which_value_is_not_to_trust(
     ends: dict[int, float], told: str, check: str
 ) -> None:
-    fitted = candidate(rms=HIDDEN)
+    fitted = _with_value(HIDDEN, 3.5)
     for index, x in ends.items():
         fitted.x[index] = x
     result = search_result(fitted)
     reduction = _reduction(0.5, 0.001, 0.001)
-    decision = _decided(result, reduction, _moved(True), candidate(rms=GAP))
+    decision = _decided(result, reduction, _moved(True))
     assert decision.verdict == "parameters"
     first, _, _ = decision.sentence.partition(". ")
     assert told in first
@@ -303,7 +304,7 @@ def test_the_first_sentence_says_which_value_is_not_to_trust(
 def test_a_coarse_sensor_is_the_effect_where_nothing_else_is() -> None:
     result = search_result(candidate(rms=HIDDEN))
     step = Estimate(1e-5, 0.9e-5, 1.1e-5)
-    decision = _decided(result, _reduction(0.1, 0.001, 0.001), {}, result.calibrated, step)
+    decision = _decided(result, _reduction(0.1, 0.001, 0.001), {}, step)
     assert decision.verdict == "effects"
     assert "steps of 1e-05 m" in decision.sentence
 

@@ -29,6 +29,7 @@ from ehsid.harness.diagnosis.deciding import (
     LAPSE,
     LEAST_SHARE,
     SMALL,
+    VALUES,
 )
 from ehsid.harness.diagnosis.decision import hypotheses
 from ehsid.harness.diagnosis.decision.effect_selection import select_effects, standing
@@ -37,20 +38,22 @@ from ehsid.harness.diagnosis.decision.hypotheses import (
     Posterior,
     outside_score,
     posterior,
-    values_differ,
 )
 from ehsid.harness.diagnosis.model.case import Case
 from ehsid.harness.diagnosis.model.spectrum import BANDS
 from ehsid.harness.diagnosis.search import maps
 from ehsid.harness.diagnosis.search.candidates import FittedCandidate
 from ehsid.harness.diagnosis.search.maps import edges_can_replace_force
+from ehsid.harness.diagnosis.search.refit import FittedToAll
 from ehsid.harness.diagnosis.search.score import (
     IN_USE,
     always_touches,
     left,
+    price_of_values,
     score,
     score_of,
     share_of_tolerance,
+    values_differ,
 )
 
 POSITION_ONLY = type("PositionOnly", (MadeCase,), {"pressures": False})
@@ -351,7 +354,9 @@ def test_a_law_without_a_name_competes_with_all_others(evidence: float) -> None:
     after = found.with_laws([((), evidence)])
     assert math.fsum(each.probability for each in after.hypotheses) == pytest.approx(1.0, rel=1e-12)
     (law,) = (each for each in after.hypotheses if each.kind == "law")
-    # ln of the odds against the rig without effects, less the share LAPSE / K of K = 3.
+    # ln of the odds against the rig without effects, whose values cost next to nothing, less the
+    # share LAPSE / K of K = 3.
+    evidence += found.healthy.price
     here, healthy = (p - LAPSE / 3 for p in (law.probability, after.healthy.probability))
     assert healthy == pytest.approx(here * math.exp(-evidence), rel=1e-6, abs=1e-12)
     assert after.outside > law.probability
@@ -368,11 +373,50 @@ def test_an_effect_beside_a_law_is_as_probable_as_both_together() -> None:
     assert after.of_effect("sensor_lag") == 0.0
 
 
-def test_other_values_of_the_rig_cost_as_much_as_two_effects() -> None:
-    price = 2.0 * EFFECT / EVIDENCE
-    assert values_differ(0.3 + price, 0.3) == pytest.approx(0.5)
-    assert values_differ(0.3, 0.3) == pytest.approx(1.0 / (1.0 + math.exp(2.0 * EFFECT)))
-    assert values_differ(0.3 + 2.0 * price, 0.3) > 0.99
+def moved(fit: FittedCandidate, deviations: float) -> FittedCandidate:
+    """The fit with the first value so many deviations from the rig file."""
+    x = fit.x.copy()
+    x[0] = deviations
+    return replace(fit, x=x)
+
+
+@given(freely=st.floats(0.0, 30.0), more=st.floats(0.0, 30.0), deviations=st.floats(0.0, 4.0))
+def test_values_cost_what_their_priors_and_errors_take_and_no_more_than_other_values_do(
+    freely: float, more: float, deviations: float
+) -> None:
+    fits = candidate(rms=freely * FLOOR), candidate(rms=(freely + more) * FLOOR)
+    gain = left(CASE, fits[1]) - left(CASE, fits[0])
+    price = price_of_values(CASE, fits[0], moved(fits[1], deviations))
+    by_file = math.exp(-EVIDENCE * gain - 0.5 * deviations**2)
+    assert math.exp(-price) == pytest.approx(math.exp(-VALUES) + by_file, rel=1e-9)
+    differ = math.exp(-VALUES) / (math.exp(-VALUES) + by_file)
+    assert values_differ(price) == pytest.approx(differ, rel=1e-9)
+    # How far the values of the free fit are is of no interest.
+    assert price_of_values(CASE, moved(fits[0], 4.0), moved(fits[1], deviations)) == price
+
+
+def test_a_set_whose_values_are_those_of_the_rig_file_is_the_more_probable_one() -> None:
+    far = moved(candidate("sensor_lag", rms=3.0 * FLOOR), 4.0)
+    near = candidate("transport_delay", rms=3.0 * FLOOR)
+    found = posterior(CASE, candidate(rms=1e3 * FLOOR), [far, near])
+    # The share LAPSE / K of K = 4 hypotheses is that of all.
+    odds = [by_set(found)[each.effects] - LAPSE / 4 for each in (near, far)]
+    cost = -math.log(math.exp(-VALUES) + math.exp(-8.0))
+    assert math.log(odds[0] / odds[1]) == pytest.approx(cost, abs=0.01)
+    # A fit that keeps to the rig file and leaves as little takes the cost away.
+    held = FittedToAll(far, moved(far, 0.0))
+    again = by_set(posterior(CASE, candidate(rms=1e3 * FLOOR), [far, near], [held]))
+    assert again[far.effects] == pytest.approx(again[near.effects], rel=1e-9)
+
+
+def test_a_law_is_weighed_against_the_rig_whatever_its_values_cost() -> None:
+    near, far = candidate(rms=3.0 * FLOOR), moved(candidate(rms=3.0 * FLOOR), 4.0)
+    scores = []
+    for calibrated in (near, far):
+        after = posterior(CASE, calibrated, []).with_laws([((), 2.0)])
+        (law,) = (each for each in after.hypotheses if each.kind == "law")
+        scores.append(law.score)
+    assert scores[0] == pytest.approx(scores[1], rel=1e-12)
 
 
 def test_what_the_record_shows_leaves_the_share_of_a_lapse() -> None:
@@ -437,7 +481,7 @@ def test_what_a_set_leaves_with_its_values_fitted_to_all_data_counts() -> None:
     delay = candidate("transport_delay", rms=10.0 * FLOOR)
     apart = posterior(CASE, calibrated, [lag, delay])
     of_all = candidate("sensor_lag", rms=5.0 * FLOOR)
-    found = posterior(CASE, calibrated, [lag, delay], [of_all])
+    found = posterior(CASE, calibrated, [lag, delay], [FittedToAll(of_all, of_all)])
     assert by_set(found)[("sensor_lag",)] > by_set(apart)[("sensor_lag",)]
     (told,) = (each for each in found.sets if each.effects == ("sensor_lag",))
     # What is named is the fit to a part, whose errors on the other part are told.
@@ -447,6 +491,7 @@ def test_what_a_set_leaves_with_its_values_fitted_to_all_data_counts() -> None:
     best = posterior(CASE, calibrated, [of_all, delay])
     assert found.outside == pytest.approx(best.outside, rel=1e-12)
     none = candidate(rms=20.0 * FLOOR)
-    found = posterior(CASE, calibrated, [lag, delay], [none, of_all])
+    together = [FittedToAll(each, each) for each in (none, of_all)]
+    found = posterior(CASE, calibrated, [lag, delay], together)
     assert found.healthy.left == left(CASE, none)
     assert found.outside == pytest.approx(posterior(CASE, none, [of_all, delay]).outside, rel=1e-12)

@@ -12,7 +12,7 @@ from gap_cases import RIG, over_the_stroke
 from made_candidates import CASE
 from made_candidates import candidate as made_candidate
 
-from ehsid.harness.diagnosis.deciding import EFFECT, EVIDENCE
+from ehsid.harness.diagnosis.deciding import EFFECT, EVIDENCE, VALUES
 from ehsid.harness.diagnosis.laws import choosing
 from ehsid.harness.diagnosis.laws.beside import constant_of, effect_beside, is_part, without_law
 from ehsid.harness.diagnosis.laws.choosing import (
@@ -34,7 +34,7 @@ from ehsid.harness.diagnosis.search.candidates import (
     refine,
     screen,
 )
-from ehsid.harness.diagnosis.search.score import left
+from ehsid.harness.diagnosis.search.score import left, price_of_values
 from ehsid.harness.rigs.rig import TableLaw
 
 PLACES = np.linspace(0.05, 0.25, 21)
@@ -158,7 +158,7 @@ def test_a_mass_that_hardly_changes_is_no_lever(
     candidate = replace(
         made_candidate(rms=1e-5),
         x=np.concatenate(
-            [np.zeros(3), *(np.linalg.solve(e.basis, of_law[e.adds_to]) for e in each)]
+            [np.zeros(20), *(np.linalg.solve(e.basis, of_law[e.adds_to]) for e in each)]
         ),
         values={"load.mass_kg": 0.6},
         laws=each,
@@ -171,7 +171,11 @@ def test_a_mass_that_hardly_changes_is_no_lever(
     # It leaves what the rig leaves, so that there is only what it costs.
     cause = 0.0 if lever else CAUSE
     evidence = choosing._evidence(CASE, made_candidate(rms=1e-5), candidate)
-    assert evidence == pytest.approx(-EVIDENCE * price - cause)
+    of_values = price_of_values(CASE, candidate, candidate)
+    assert evidence == pytest.approx(-EVIDENCE * price - cause - of_values)
+    candidate.x[0] = 100.0  # a value far from the rig file
+    evidence = choosing._evidence(CASE, made_candidate(rms=1e-5), candidate)
+    assert evidence == pytest.approx(-EVIDENCE * price - cause - VALUES)
 
 
 def test_nothing_is_named_where_nothing_else_is_missing() -> None:

@@ -23,7 +23,7 @@ from ehsid.harness.diagnosis.search.candidates import (
     screen,
 )
 from ehsid.harness.diagnosis.search.gap_reduction import mean_gap
-from ehsid.harness.diagnosis.search.score import left
+from ehsid.harness.diagnosis.search.score import left, price_of_values
 from ehsid.harness.records import Record
 from ehsid.harness.rigs.rig import TableLaw
 
@@ -148,7 +148,8 @@ def test_a_mild_linkage_is_evidence_where_another_law_as_small_is_none() -> None
     assert [law.law.adds_to for law in found.laws] == ["mass"]
     gain = EVIDENCE * (left(fine, calibrated) - left(fine, found.candidate))
     assert EFFECT < gain < LAW
-    assert found.hypotheses == (((), pytest.approx(gain - EFFECT)),)
+    of_values = price_of_values(fine, found.candidate, found.candidate)
+    assert found.hypotheses == (((), pytest.approx(gain - EFFECT - of_values)),)
 
 
 # Something of 60 N/mm that the rod touches at 170 mm.

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from copy import copy
 from dataclasses import replace
 from types import SimpleNamespace
@@ -13,6 +14,7 @@ import pytest
 from made_candidates import CASE, FLOOR, candidate, search_result
 
 from ehsid.harness.diagnosis import diagnose, diagnosis
+from ehsid.harness.diagnosis.deciding import EVIDENCE
 from ehsid.harness.diagnosis.model.case import Case, make_case
 from ehsid.harness.diagnosis.model.fit import Fit
 from ehsid.harness.diagnosis.options import DiagnosisOptions
@@ -79,7 +81,12 @@ def test_limits_of_the_speed_are_looked_for_beside_likely_sets(
     assert set(map(id, again.refined)) == {id(limited), id(far)}
 
 
-def measured(kind: str) -> Record:
+SOFT = {"fluid.bulk_modulus_pa": 0.8e9}
+# A valve that is slower than the simulator's: many values can follow it a little.
+SLOW_VALVE = {"effects.valve_lag.bandwidth_hz": 60.0, "effects.valve_lag.damping": 0.8}
+
+
+def measured(kind: str, values: Mapping[str, float] = SOFT) -> Record:
     """A record that shows the stiffness of the oil, or one that does not."""
     rng = np.random.default_rng(len(kind))
     samples = round(4.0 / made.DT_S)
@@ -88,7 +95,7 @@ def measured(kind: str) -> Record:
         if kind == "fast"
         else triangle(samples, made.DT_S, amplitude=0.8, period_s=1.0)
     )
-    return made.measured(made.RIG, command, rng, {"fluid.bulk_modulus_pa": 0.8e9})
+    return made.measured(made.RIG, command, rng, values)
 
 
 @pytest.mark.slow
@@ -96,9 +103,9 @@ def test_what_only_held_out_records_excite_is_no_fault_of_a_set() -> None:
     case = make_case(made.RIG, [measured("slow")], [measured("fast")])
     calibrated = calibrate(case)
     found = SearchResult(nominal_candidate(case), calibrated, (), ())
-    (together,) = fitted_to_all(case, found)
-    fine = decision_case(case)
-    assert together.effects == ()
+    (both,) = fitted_to_all(case, found)
+    assert both.effects == ()
+    together, fine = both.freely, decision_case(case)
     # Only the oil spring tells the modulus, to a few per cent beside the volumes.
     assert together.values["fluid.bulk_modulus_pa"] == pytest.approx(0.8e9, rel=0.05)
     assert left(fine, together) < 0.5 * left(fine, calibrated)
@@ -108,6 +115,34 @@ def test_what_only_held_out_records_excite_is_no_fault_of_a_set() -> None:
     held_out = fine.problem(held_out=True)
     own = held_out.fit_cost(held_out.coefficients(together.x))
     assert together.held_out_cost == pytest.approx(own, abs=1e-6)
+
+
+@pytest.mark.slow
+def test_values_are_held_as_their_priors_and_the_evidence_say() -> None:
+    """EVIDENCE left(x) + prior(x) is least: no step of a value makes it clearly smaller."""
+    records = [measured(kind, SLOW_VALVE) for kind in ("slow", "fast")]
+    case = make_case(made.RIG, records[:1], records[1:])
+    found = SearchResult(nominal_candidate(case), calibrate(case), (), ())
+    (both,) = fitted_to_all(case, found)
+    together = decision_case(case).together()
+    problem, parameters = together.problem(), together.parameters(())
+    independent = sum(float(one.counts.sum()) for one in problem.likelihoods.values())
+
+    def price(x: np.ndarray) -> float:
+        """Up to a constant."""
+        away = [(value - one.centre) / one.sigma for value, one in zip(x, parameters, strict=True)]
+        errors = problem.fit_cost(problem.coefficients(x)) / independent
+        return EVIDENCE * errors + 0.5 * float(np.sum(np.square(away)))
+
+    least = price(both.held.x)
+    # What hardly makes the errors smaller moved values far.
+    assert least < price(both.freely.x) - 3.0
+    for place, one in enumerate(parameters):
+        for sign in (1.0, -1.0):
+            x = both.held.x.copy()
+            x[place] += sign * 0.5 * one.sigma
+            if one.low <= x[place] <= one.high:
+                assert least < price(x), one.name
 
 
 @pytest.mark.slow

@@ -19,7 +19,6 @@ from ehsid.harness.diagnosis.search.candidates import (
     FittedCandidate,
     again_with_slower_spool,
     calibrate,
-    calibrate_nuisances,
     decision_case,
     refine,
 )
@@ -76,13 +75,6 @@ def test_what_stopped_fits_differ_by_is_no_limit() -> None:
     best = unlimited(case)
     stopped = replace(best, cost=best.cost + 0.9)
     assert with_slower_spool(case.problem(), case.problem(held_out=True), stopped, 6) is stopped
-
-
-@pytest.mark.slow
-def test_nuisances_alone_have_a_limit_too() -> None:
-    case = case_of(LIMITED)
-    values = calibrate_nuisances(case, refine(case, (), unlimited(case).x)).values
-    assert values[SLEW] == pytest.approx(120.0, rel=0.1)
 
 
 def test_a_limit_between_those_that_are_tried_is_found_exactly() -> None:

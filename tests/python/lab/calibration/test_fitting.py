@@ -88,19 +88,23 @@ def test_constants_of_which_no_machine_speaks_stay_in_use() -> None:
     left=st.floats(0.0, 5.0),
     none=st.floats(0.0, 5.0),
     small=st.floats(0.0, 2.0),
+    price=st.floats(0.0, 5.0),
     told=st.booleans(),
 )
 def test_scores_are_those_of_the_documented_equation(
-    left: float, none: float, small: float, told: bool
+    left: float, none: float, small: float, price: float, told: bool
 ) -> None:
     rng = np.random.default_rng(0)
     (one,) = unanswered(1, rng)
-    sets = (replace(one.sets[0], left=none), replace(one.sets[1], left=left, small=small))
+    sets = (
+        replace(one.sets[0], left=none),
+        replace(one.sets[1], left=left, small=small, price=price),
+    )
     one = replace(one, sets=sets, measured=SENSORS[0 if told else 1])
     laws = len(sets[1].effects)
     c = TRUE
     u_none = -c.evidence * none
-    u_set = -c.evidence * left - c.effect * laws - c.small * small
+    u_set = -c.evidence * left - price - c.effect * laws - c.small * small
     best, left_by_best = (u_none, none) if u_none >= u_set else (u_set, left)
     outside = best + (c.outside_beside if none > left_by_best else c.outside)
     outside += c.outside_left * math.log(left_by_best + c.least_left)

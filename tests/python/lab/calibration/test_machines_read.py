@@ -30,6 +30,7 @@ def candidate(effects: list[str], left: float | None, small: float = 0.0) -> dic
         "held_out_shrinkage": 0.0,
         "left": left,
         "small": small,
+        "price": 2.0 * small,
         "probability": None if left is None else 0.5,
     }
 
@@ -100,7 +101,7 @@ def test_a_machine_has_what_the_diagnosis_weighed(check: Path) -> None:
     one = read_case(check, "a", Answer(**ANSWERS["a"]))
     assert isinstance(one, Machine)
     assert [each.effects for each in one.sets] == [(), ("transport_delay",), ("coulomb_friction",)]
-    assert (one.sets[1].left, one.sets[1].small) == (0.12346, 0.25)
+    assert (one.sets[1].left, one.sets[1].small, one.sets[1].price) == (0.12346, 0.25, 0.5)
     assert (one.left_by_none, one.pressures) == (1.0, True)
     assert one.traits == {"grade": "wide", "excitation": "prbs+steps", "seals": "Dahl"}
     (size,) = one.sizes
