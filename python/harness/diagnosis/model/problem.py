@@ -145,10 +145,14 @@ class Problem:
         other.__dict__["likelihoods"] = likelihoods
         return other
 
-    def with_priors(self, factor: float) -> Problem:
-        """The same problem with priors that count so many times."""
+    def with_evidence(self, independent: float) -> Problem:
+        """The same problem whose errors count as so many independent ones, all outputs together."""
+        likelihoods = self.likelihoods
+        share = independent / sum(float(each.counts.sum()) for each in likelihoods.values())
         other = copy(self)
-        other._weight = factor * self._weight
+        other.__dict__["likelihoods"] = {
+            name: replace(each, counts=share * each.counts) for name, each in likelihoods.items()
+        }
         return other
 
     def information(self) -> FloatArray:

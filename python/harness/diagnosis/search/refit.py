@@ -83,10 +83,8 @@ def fitted_to_all(case: Case, found: SearchResult) -> tuple[FittedToAll, ...]:
     def fitted(each: FittedCandidate) -> FittedToAll:
         problem = together.problem(each.effects)
         freely = fit(problem, each.x, iterations=ITERATIONS_TOGETHER).x
-        independent = sum(float(one.counts.sum()) for one in problem.likelihoods.values())
-        # argmin EVIDENCE left(x) + prior(x), as the cost of a fit counts all independent errors
-        heavier = problem.with_priors(independent / EVIDENCE)
-        held = fit(heavier, freely, iterations=ITERATIONS_HELD).x
+        # argmin EVIDENCE left(x) + prior(x)
+        held = fit(problem.with_evidence(EVIDENCE), freely, iterations=ITERATIONS_HELD).x
         return FittedToAll(at(each.effects, freely), at(each.effects, held))
 
     return tuple(run_together([partial(fitted, each) for each in _likely(case, found)]))
