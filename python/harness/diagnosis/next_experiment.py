@@ -266,7 +266,8 @@ def _most_powerful(
     """Returns the experiment with the largest power, and its weakest separation.
 
     All experiments get short fits. Those with the largest separation then get whole fits, until one
-    of them reaches DESIGN_POWER.
+    of them reaches DESIGN_POWER, or none can become the largest: a longer fit of a candidate leaves
+    less of the errors that separate it.
     """
     weakest = partial(_weakest_separation, rig, list(candidates), floors=floors)
     screened = run_together(
@@ -277,6 +278,9 @@ def _most_powerful(
     order = sorted(range(len(experiments)), key=lambda i: screened[i].nats, reverse=True)
     found: list[tuple[Separation, Experiment]] = []
     for begin in range(0, min(len(experiments), DESIGN_FINALISTS), PARALLEL_FITS):
+        ahead = max((final.nats for final, _ in found), default=-math.inf)
+        if screened[order[begin]].nats <= ahead:
+            break
         finalists = [experiments[i] for i in order[begin : begin + PARALLEL_FITS]]
         finals = run_together(
             [partial(weakest, experiment, iterations=LAST_ITERATIONS) for experiment in finalists]
@@ -284,7 +288,7 @@ def _most_powerful(
         found += zip(finals, finalists, strict=True)
         if max(final.power for final, _ in found) >= DESIGN_POWER:
             break
-    return max(found, key=lambda scored: scored[0].power)
+    return max(found, key=lambda scored: (scored[0].power, scored[0].nats))
 
 
 def runnable(values: Mapping[str, float]) -> dict[str, float]:

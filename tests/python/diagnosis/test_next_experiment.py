@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
 
 import math
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 import pytest
@@ -12,6 +12,7 @@ from scipy.stats import norm
 
 from ehsid.harness.catalogue.channels import CHAMBER_PRESSURES
 from ehsid.harness.diagnosis import fit
+from ehsid.harness.diagnosis import next_experiment as next_experiment_module
 from ehsid.harness.diagnosis.data.floor import NoiseFloor
 from ehsid.harness.diagnosis.data.gate import MOVES
 from ehsid.harness.diagnosis.deciding import EVIDENCE
@@ -283,6 +284,40 @@ def test_a_low_power_is_reported() -> None:
     assert designed is not None
     experiment, _ = designed
     assert experiment.power < 0.01
+
+
+@pytest.mark.parametrize(
+    ("after_whole_fits", "fitted", "best"),
+    [
+        # 1.6 is behind 1.7, however long it is fitted.
+        ((1.7, 1.5, 1.4, 1.3), {"a", "b"}, "a"),
+        # What is left may still be larger.
+        ((1.2, 1.1, 1.5, 1.3), {"a", "b", "c", "d"}, "c"),
+        ((3.0, 9.0, 1.5, 1.3), {"a", "b"}, "b"),  # the power is reached
+    ],
+)
+def test_whole_fits_are_made_of_what_may_still_be_the_largest(
+    monkeypatch: pytest.MonkeyPatch,
+    after_whole_fits: tuple[float, ...],
+    fitted: set[str],
+    best: str,
+) -> None:
+    short = {"a": 2.0, "b": 1.9, "c": 1.6, "d": 1.3, "e": 0.2}
+    whole = dict(zip("abcd", after_whole_fits, strict=True))
+    asked = set()
+
+    def separation(*given: Any, floors: object, iterations: int) -> Separation:
+        if iterations == next_experiment_module.DESIGN_ITERATIONS:
+            return Separation(short[given[-1]], 0.5)
+        asked.add(given[-1])
+        return Separation(whole[given[-1]], 0.5)
+
+    monkeypatch.setattr(next_experiment_module, "_weakest_separation", separation)
+    found, experiment = next_experiment_module._most_powerful(
+        RIG, [DELAY, LAG], cast(Any, [*short]), VALUES, None
+    )
+    assert asked == fitted
+    assert (experiment, found.nats) == (best, whole[best])
 
 
 def test_values_past_a_bound_are_made_runnable() -> None:
