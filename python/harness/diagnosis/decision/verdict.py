@@ -104,15 +104,16 @@ def decide(
                 what_stays(selection, reduction),
             )
     by_values = values_differ(selection.posterior.healthy.price)
-    moved = [name for name, value in calibration.items() if value.moved and by_values >= 0.5]
+    moved = [name for name, value in calibration.items() if value.moved]
     agrees = agrees_as_configured(reduction.nominal, reduction.noise_floor[1])
     verdict: Verdict = "no_gap"
-    if moved or (not agrees and is_gained(reduction.from_nominal.low)):
+    differ = bool(moved) and by_values >= 0.5
+    if differ or (not agrees and is_gained(reduction.from_nominal.low)):
         verdict = "parameters"
         sentence = _parameters_sentence(
             calibration, moved, values_at_bounds(case, best), selection, reduction
         )
-        if not moved:
+        if not differ:
             reasons.append(
                 "Values within the uncertainty that the rig file states do nearly as well."
                 if by_values < 0.5

@@ -198,6 +198,16 @@ def test_values_within_their_uncertainty_are_no_parameter_gap() -> None:
         assert decision.verdict == verdict
 
 
+def test_values_that_moved_are_told_though_others_within_their_uncertainty_do_as_well() -> None:
+    within = "Values within the uncertainty that the rig file states do nearly as well."
+    for deviations, is_within in ((1.5, True), (3.5, False)):
+        result = search_result(_with_value(HIDDEN, deviations))
+        decision = _decided(result, _reduction(0.5, 0.001, 0.001), _moved(True))
+        assert decision.verdict == "parameters"
+        assert "differ from the rig file: load.mass_kg 150 (file 120)." in decision.sentence
+        assert (within in decision.reasons) == is_within
+
+
 @pytest.mark.parametrize(
     ("nominal", "calibrated", "floor", "verdict", "told"),
     [

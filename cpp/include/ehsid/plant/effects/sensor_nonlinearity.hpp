@@ -23,7 +23,7 @@ struct SensorNonlinearity : Effect<Scalar> {
       "the position, against pressures or a second sensor",
       "transducers of good quality are linear within 0.02 % of their stroke or 10 micrometres"};
   static constexpr std::array<ParameterInfo, 2> kParameters{
-      {{"amplitude_m", "m", -5e-3, 5e-3, 3e-4, "largest error of the reading"},
+      {{"amplitude_m", "m", -2e-2, 2e-2, 3e-4, "largest error of the reading"},
        {"period_m", "m", 1e-3, 2.0, 0.05, "distance after which the error returns", 0.0}}};
   std::array<Scalar, 2> parameters{};
 
