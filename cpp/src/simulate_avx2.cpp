@@ -4,6 +4,6 @@
 
 namespace ehsid::plant::detail {
 
-Kernels avx2_kernels() { return kernels<4, 8, 16>(); }
+Kernels avx2_kernels() { return kernels<4, 8, 16, 20>(); }
 
 }  // namespace ehsid::plant::detail

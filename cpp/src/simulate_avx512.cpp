@@ -4,6 +4,6 @@
 
 namespace ehsid::plant::detail {
 
-Kernels avx512_kernels() { return kernels<8, 8, 16, 32>(); }
+Kernels avx512_kernels() { return kernels<8, 8, 16, 32, 40>(); }
 
 }  // namespace ehsid::plant::detail
