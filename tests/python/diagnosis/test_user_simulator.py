@@ -21,7 +21,7 @@ from ehsid.harness.diagnosis.decision.inside import (
     stands_for,
     uncarried_odds,
 )
-from ehsid.harness.diagnosis.model.scale import effect_starts, machine_scale
+from ehsid.harness.diagnosis.model.scale import effect_starts, machine_scale, scan_starts
 from ehsid.harness.diagnosis.options import DiagnosisOptions
 from ehsid.harness.diagnosis.schema import Estimate
 from ehsid.harness.records import read_record
@@ -147,7 +147,10 @@ def test_a_value_that_moves_far_is_evidence_where_its_effects_cannot_be_tried() 
 def test_fits_start_at_sizes_of_either_sign() -> None:
     """Around a user's simulator; a size that cannot be negative keeps its starts."""
     rig = read_rig(FOLDER / "rig.toml")
-    ours = effects()["sensor_nonlinearity"].starts(machine_scale(rig))
+    every = effects()["sensor_nonlinearity"].starts(machine_scale(rig))
+    ours = [start for start in every if start["amplitude_m"] != 0.0]
+    assert 0 < len(ours) < len(every)
+    assert scan_starts("sensor_nonlinearity", rig) == []
     theirs = effect_starts("sensor_nonlinearity", rig)
     assert [(start["amplitude_m"], start["period_m"]) for start in theirs] == [
         (sign * start["amplitude_m"], start["period_m"]) for sign in (1.0, -1.0) for start in ours

@@ -63,11 +63,24 @@ def effect_starts(effect: str, rig: Rig) -> list[dict[str, float]]:
     through the size zero, where the other sizes of the effect have no influence.
     """
     info = effects()[effect]
-    starts = info.starts(machine_scale(rig))
     first = info.parameters[0]
+    starts = [start for start in info.starts(machine_scale(rig)) if start[first.name] != 0.0]
     if rig.simulator is None or first.minimum != -first.maximum:
         return starts
     signs = {math.copysign(1.0, start[first.name]) for start in starts}
     if len(signs) > 1:
         return starts
     return starts + [start | {first.name: -start[first.name]} for start in starts]
+
+
+def scan_starts(effect: str, rig: Rig) -> list[dict[str, float]]:
+    """Returns the sizes of which a fit needs one to begin near its minimum, most often none.
+
+    The first size is zero there, so that the first step of a fit finds what is best beside the
+    others. For our simulator alone, see `effect_starts`.
+    """
+    if rig.simulator is not None:
+        return []
+    info = effects()[effect]
+    first = info.parameters[0].name
+    return [start for start in info.starts(machine_scale(rig)) if start[first] == 0.0]

@@ -23,7 +23,7 @@ from ..model.fit import BEHIND_NATS, ITERATIONS, Fit, best_of, descent, fit
 from ..model.linear import Linear
 from ..model.parameters import Law, effect_parameters
 from ..model.problem import Problem
-from ..model.scale import effect_starts, machine_scale
+from ..model.scale import effect_starts, machine_scale, scan_starts
 from .gap_reduction import WindowSums, window_sums
 from .spool import SLEW, UNLIMITED_1_S, with_limit_of, with_slower_spool
 
@@ -228,7 +228,7 @@ def places_and_sizes(
     """
     sizes = [
         np.array([x for _, x in effect_parameters(effect, start, case.rig.plant)])
-        for start in effect_starts(effect, case.rig)
+        for start in scan_starts(effect, case.rig) or effect_starts(effect, case.rig)
     ]
     end = problem.low.size - sum(law.knots.size for law in problem.laws)
     return np.arange(end - sizes[0].size, end), sizes
