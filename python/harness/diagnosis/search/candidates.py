@@ -220,15 +220,15 @@ def linearised_start(
 
 
 def places_and_sizes(
-    case: Case, problem: Problem, effect: str
+    case: Case, problem: Problem, effect: str, starts: Sequence[Mapping[str, float]]
 ) -> tuple[npt.NDArray[np.int64], list[FloatArray]]:
-    """Places in x of the last effect of a problem, (n,), and the sizes at which fits start, (n,).
+    """Places in x of the last effect of a problem, (n,), and the sizes of its starts there, (n,).
 
     The parameters of laws stand behind those of the effects.
     """
     sizes = [
         np.array([x for _, x in effect_parameters(effect, start, case.rig.plant)])
-        for start in scan_starts(effect, case.rig) or effect_starts(effect, case.rig)
+        for start in starts
     ]
     end = problem.low.size - sum(law.knots.size for law in problem.laws)
     return np.arange(end - sizes[0].size, end), sizes
@@ -247,7 +247,8 @@ def screen(
     in the rig file are a start of their own.
     """
     problem = case.problem(effects, laws=laws)
-    places, sizes = places_and_sizes(case, problem, effects[-1])
+    starts = scan_starts(effects[-1], case.rig) or effect_starts(effects[-1], case.rig)
+    places, sizes = places_and_sizes(case, problem, effects[-1], starts)
     # A fit takes the sensitivities of the parameters in front of the effect.
     shared = [each.linear.leading(places[0]) if laws else each.linear for each in fit_starts]
     descents = [

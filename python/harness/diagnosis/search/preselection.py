@@ -22,6 +22,7 @@ from ...base.parallel import Progress, run_together
 from ..model.case import Case
 from ..model.parameters import Law
 from ..model.problem import Problem
+from ..model.scale import effect_starts
 from ..options import Effort
 from .candidates import FitStart, places_and_sizes
 
@@ -58,7 +59,8 @@ def _promised(
 ) -> float:
     """Least cost of a set with its last effect as one linear term, nats."""
     problem = case.problem(effects, laws=laws)
-    own, sizes = places_and_sizes(case, problem, effects[-1])
+    starts_of_effect = effect_starts(effects[-1], case.rig)
+    own, sizes = places_and_sizes(case, problem, effects[-1], starts_of_effect)
     return min(
         _least(problem, start, problem.coefficients(np.insert(start.x, own[0], size)), own)
         for start in starts

@@ -31,7 +31,7 @@ struct SensorNonlinearity : Effect<Scalar> {
   static constexpr Reach kReach = Reach::sensor_noise;
   static constexpr LogPlace kLogPlace = LogPlace::position;
   static constexpr std::array kDoesNotCommute{"sensor_lag", "sensor_quantisation"};
-  static constexpr double kUnknownStroke = 0.3;  // m
+  static constexpr double kUnknownStroke = 0.3;                    // m
   static constexpr std::array kShares{1.0, 0.6, 0.4, 0.25, 0.16};  // of the stroke
   static constexpr std::size_t kScanned = 14;
   /// First an amplitude with a few periods. A fit reaches a period that is off by a tenth, if the motion covers a period or
