@@ -240,7 +240,7 @@ def screen(
     fit_starts: Sequence[FitStart],
     laws: Sequence[Law] = (),
 ) -> FittedCandidate:
-    """Makes short fits from each active size of the last effect and each start; returns the best.
+    """Makes short fits from each start and size of the last effect; returns the best.
 
     fit_starts: values of the calibration, of all effects but the last, and of the laws. A
     calibration without the effect may have moved by many deviations to hide it, so that the values

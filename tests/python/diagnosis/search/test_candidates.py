@@ -27,7 +27,7 @@ from ehsid.harness.diagnosis.search.intervals import matters
 from ehsid.harness.diagnosis.search.search import with_usual_sizes
 from ehsid.harness.records import make_record
 from ehsid.harness.rigs import read_rig
-from ehsid.harness.signals.excitation import multisine
+from ehsid.harness.signals.excitation import multisine, triangle
 from ehsid.harness.signals.simulation import (
     PositionController,
     draw_noise,
@@ -170,6 +170,29 @@ def test_screening_reaches_either_sign(offset: float) -> None:
         case, ("valve_null_bias",), [linearised_start(case, (), case.problem().centre())]
     )
     assert screened.values["effects.valve_null_bias.offset"] == pytest.approx(offset, rel=0.05)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("share", [0.12, 0.17, 0.21, 0.3, 0.55])
+@pytest.mark.parametrize("amplitude_m", [1e-3, -2e-3])
+def test_screening_finds_the_period_of_a_scale(share: float, amplitude_m: float) -> None:
+    """The rod covers more than half of the stroke of 300 mm."""
+    true = {
+        "effects.sensor_nonlinearity.amplitude_m": amplitude_m,
+        "effects.sensor_nonlinearity.period_m": 0.3 * share,
+    }
+    # From its middle position to both sides.
+    command = np.roll(triangle(4000, made.DT_S, amplitude=5.2, period_s=4.0), -500)
+    records = [
+        made.measured(made.RIG, command, np.random.default_rng(seed), true) for seed in (1, 2)
+    ]
+    assert np.ptp(records[0].column("position_m")) > 0.16
+    case = make_case(made.RIG, records[:1], records[1:])
+    starts = [linearised_start(case, (), case.problem().centre())]
+    screened = screen(case, ("sensor_nonlinearity",), starts)
+    refined = refine(case, screened.effects, screened.x)
+    for name, value in true.items():
+        assert refined.values[name] == pytest.approx(value, rel=0.02), name
 
 
 @pytest.mark.slow
