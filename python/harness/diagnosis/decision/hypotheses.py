@@ -31,9 +31,9 @@ friction count as one effect. A law without a name is a cause outside. An answer
 probable than TOLD is not given.
 
 Values that are not those of the rig file within their uncertainty cost VALUES at most, whatever the
-set, see `score.price_of_values`. So the probability that values differ is part of it, and where
-nothing is missing that is the answer. One question stands beside these: does the position come in
-steps? The record itself shows that.
+set, see `score.price_of_values`. Where nothing is missing, this price tells how probable it is that
+values differ. One question stands beside these: does the position come in steps? The record itself
+shows that.
 """
 
 from __future__ import annotations
