@@ -246,11 +246,16 @@ def test_between_samples_the_command_moves_on_by_the_stated_share(
         assert error < 0.02 * of_held, OUTPUTS[j]
 
 
-def test_sensitivities_in_one_call_are_those_one_by_one() -> None:
+@pytest.mark.parametrize("count", [13, 18, 33, 40])
+def test_sensitivities_in_one_call_are_those_one_by_one(count: int) -> None:
+    """One thread computes so many of them in one pass or in several, as wide as the processor."""
     command = runs.steps(5, 50, 10, 6.0)
-    varied = [runs.NAMES.index(name) for name in VARIED[:13]]
+    varied = [runs.NAMES.index(name) for name in VARIED[:count]]
+    assert len(varied) == count
     values = runs.vector(typical())
-    outputs, together = ehsid.simulate_plant("ehs", values, command, dt_s=runs.DT_S, varied=varied)
+    outputs, together = ehsid.simulate_plant(
+        "ehs", values, command, dt_s=runs.DT_S, varied=varied, threads=1
+    )
     plain, nothing = ehsid.simulate_plant("ehs", values, command, dt_s=runs.DT_S)
     assert nothing.shape == (1, 50, 0, 6)
     # The same operations in another order of compilation: rounding only.

@@ -58,9 +58,10 @@ def machine_scale(rig: Rig) -> ehsid.MachineScale:
 def effect_starts(effect: str, rig: Rig) -> list[dict[str, float]]:
     """Returns the sizes of an effect at which its fits start, by the parameters' own names.
 
-    There are none for an effect that the record shows without a fit, such as quantisation. Around a
-    user's simulator there is one of either sign: derivatives by differences do not lead a fit
-    through the size zero, where the other sizes of the effect have no influence.
+    The first size is never zero, see `scan_starts`. There are no starts for an effect that the
+    record shows without a fit, such as quantisation. Around a user's simulator there is one of
+    either sign: derivatives by differences do not lead a fit through the size zero, where the other
+    sizes of the effect have no influence.
     """
     info = effects()[effect]
     first = info.parameters[0]
@@ -74,10 +75,11 @@ def effect_starts(effect: str, rig: Rig) -> list[dict[str, float]]:
 
 
 def scan_starts(effect: str, rig: Rig) -> list[dict[str, float]]:
-    """Returns the sizes of which a fit needs one to begin near its minimum, most often none.
+    """Returns starts whose first size is zero; most effects have none.
 
-    The first size is zero there, so that the first step of a fit finds what is best beside the
-    others. For our simulator alone, see `effect_starts`.
+    The first step of a fit finds the first size that is best beside the others. So many values of
+    the others can be tried, one of which lies near the minimum. For our simulator alone, see
+    `effect_starts`.
     """
     if rig.simulator is not None:
         return []

@@ -123,9 +123,9 @@ def price_of_values(
         price = -ln(exp(-VALUES) + exp(-EVIDENCE (left(held) - left(freely)) - prior(held)))
 
     Either the values are those of the rig file within their uncertainty, which the fit `held` keeps
-    to and leaves more; or they are anything, as of the fit `freely`. Without a fit that keeps to
-    them, it is at most the price with the same fit twice. Values that no data sheet gives count as
-    those of the rig file do. share: as of `left`.
+    to and leaves more; or they are anything, as of the fit `freely`. Where no fit keeps to the rig
+    file, `freely` may take its place: the price is then not too low. Values that no data sheet
+    gives have priors of their own, which count in the same way. share: as of `left`.
     """
     parameters = case.parameters(held.effects)
     deviations = [
