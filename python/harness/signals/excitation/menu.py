@@ -34,28 +34,35 @@ class Entry:
 
 
 def _triangle(period_s: float, n: int, dt_s: float) -> FloatArray:
-    return triangle(n, dt_s, amplitude=1.0, period_s=period_s)
+    # Four samples a period are the fewest that make a triangle.
+    return triangle(n, dt_s, amplitude=1.0, period_s=max(period_s, 4.0 * dt_s))
 
 
 def _steps(hold_s: tuple[float, float], n: int, dt_s: float) -> FloatArray:
-    hold = round(hold_s[0] / dt_s), round(hold_s[1] / dt_s)
+    hold = max(round(hold_s[0] / dt_s), 1), max(round(hold_s[1] / dt_s), 1)
     rng = np.random.default_rng(SEED)
     return random_steps(n, amplitude=1.0, hold=hold, rng=rng)
 
 
 def _multisine(low_hz: float, n: int, dt_s: float) -> FloatArray:
-    band = low_hz, min(DESIGN_FAST_HZ, 0.4 / dt_s)
-    return multisine(n, dt_s, band_hz=band, peak=1.0, rng=np.random.default_rng(SEED))
+    rng = np.random.default_rng(SEED)
+    return multisine(n, dt_s, band_hz=_band(low_hz, dt_s), peak=1.0, rng=rng)
 
 
 def _chirp(n: int, dt_s: float) -> FloatArray:
-    return chirp(n, dt_s, amplitude=1.0, band_hz=(1.0, min(DESIGN_FAST_HZ, 0.4 / dt_s)))
+    return chirp(n, dt_s, amplitude=1.0, band_hz=_band(1.0, dt_s))
+
+
+def _band(low_hz: float, dt_s: float) -> tuple[float, float]:
+    """The excited band, Hz, as far as the sampling carries it; it has an octave at least."""
+    high_hz = min(DESIGN_FAST_HZ, 0.4 / dt_s)
+    return min(low_hz, 0.5 * high_hz), high_hz
 
 
 def _away_from_null(n: int, dt_s: float) -> FloatArray:
     """Forward and back at a steady speed, with a small triangle on it; shape (n,)."""
     slow = np.sign(np.sin(2.0 * np.pi * 0.5 * np.arange(n) * dt_s))
-    return np.asarray(0.85 * slow + 0.15 * triangle(n, dt_s, amplitude=1.0, period_s=0.25))
+    return np.asarray(0.85 * slow + 0.15 * _triangle(0.25, n, dt_s))
 
 
 def _pauses(n: int, dt_s: float) -> FloatArray:
@@ -74,7 +81,8 @@ def _everything(n: int, dt_s: float) -> FloatArray:
         0.4 * _multisine(1.0, part, dt_s),
         _steps((0.05, 0.2), n - 3 * part, dt_s),
     )
-    return np.concatenate([shape - shape.mean() for shape in shapes])
+    whole = np.concatenate([shape - shape.mean() for shape in shapes])
+    return whole / max(1.0, float(np.abs(whole).max()))
 
 
 MENU = (
