@@ -76,7 +76,7 @@ def shown_by(check: Path, name: str) -> list[Shown]:
             for _, place in effect_parameters(effect, answer.effects[effect], job.rig.plant)
         ]
         whole = refine(case, truth, np.concatenate([calibrate(case).x, sizes]))
-        case = case.with_unknown_commands(truth, whole.x)
+        case = case.with_unlogged_commands(truth, whole.x)
         rows = []
         for effect in truth:
             others = tuple(one for one in truth if one != effect)

@@ -118,7 +118,7 @@ def search_result(
     calibrated: FittedCandidate, *candidates: FittedCandidate, nominal: float = 1e-3
 ) -> SearchResult:
     ordered = tuple(sorted(candidates, key=lambda each: each.held_out_cost))
-    return SearchResult(candidate(rms=nominal), calibrated, ordered, ())
+    return SearchResult(CASE, candidate(rms=nominal), calibrated, ordered, ())
 
 
 def chosen(found: SearchResult) -> Selection:

@@ -33,10 +33,10 @@ from .laws.fitting import equation_shares
 from .laws.forms import sentence
 from .laws.wandering import what_wanders
 from .limits import Limits
-from .model import between_samples
 from .model.case import Case, make_case
 from .model.comparison import BLOCK_S
 from .model.differences import SimulatorEngine
+from .model.unlogged import BETWEEN
 from .next_experiment import limits_of, next_experiment
 from .options import DEFAULTS, DiagnosisOptions
 from .result import Diagnosis, HeldOutRun, Stage, UnknownInput, Wandering, insufficient
@@ -62,7 +62,14 @@ from .search.identifiability import (
     unmeasured_effects,
 )
 from .search.maps import QUANTISATION, localise, position_step
-from .search.refit import fitted_again, fitted_to_all, fitted_together, with_slower_spools
+from .search.refit import (
+    contradicted,
+    fitted_again,
+    fitted_to_all,
+    fitted_together,
+    with_slower_spools,
+    with_unlogged_commands,
+)
 from .search.score import left
 from .search.search import Look, SearchResult, candidate_effects, search
 from .search.visible import could_be_seen, ground_of
@@ -193,7 +200,11 @@ def _diagnose(
     evaluation = _evaluate(case, regimes, options, pace, look)
     shown = _shown_by_held_out(evaluation) if validate else None
     if shown is not None:
-        joint_case = make_case(rig, [*fitted, *held_out], engine=engine, effort=effort)
+        joint_case = replace(
+            make_case(rig, [*fitted, *held_out], engine=engine, effort=effort),
+            unlogged=evaluation.case.unlogged,
+            held=evaluation.case.held,
+        )
         look = look_for(watch, begun, pace, joint_case)
         found, remark = None, FITTED_TOGETHER
         if shown == "values":  # the sets are known
@@ -291,9 +302,9 @@ def _diagnose(
 
 def _moving_command(case: Case, calibration: Mapping[str, Calibrated]) -> tuple[Remark, ...]:
     """Says where the controller is faster than the log, and what that costs."""
-    if not any(case.unknown.values()):
+    if not case.unlogged and not any(case.unknown.values()):
         return ()
-    share = calibration[between_samples.NAME].found.value
+    share = calibration[BETWEEN].found.value
     return (
         Remark(
             "",
@@ -468,11 +479,12 @@ def _evaluate(
 ) -> _Evaluation:
     """Weighs the sets of a search, which is made unless it is given."""
     search_result = found or search(case, options.exclude, pace.within, look)
-    search_result = with_slower_spools(case, search_result)
-    ahead = min(
-        (search_result.calibrated, *search_result.refined), key=lambda each: left(case, each)
-    )
-    case = case.with_unknown_commands(ahead.effects, ahead.x)
+    search_result = with_slower_spools(search_result.case, search_result)
+    anew = contradicted(search_result) if found is None else None
+    if anew is not None:
+        search_result = search(anew, options.exclude, pace.within, look)
+        search_result = with_slower_spools(anew, search_result)
+    case = with_unlogged_commands(search_result)
     if any(case.unknown.values()):
         search_result = fitted_again(case, search_result)
     probabilities = posterior(

@@ -134,7 +134,7 @@ def missing_laws(
         and is_part(str(ParameterKey(name).effect), candidate.laws)
     }
     if held:
-        fine = replace(fine, held=held)
+        fine = replace(fine, held={**fine.held, **held})
         candidate = _with_held_sizes(fine, candidate)
     # Effects that were left out again have no share of what was removed.
     start = chain.steps[0] if candidate.effects else calibrated

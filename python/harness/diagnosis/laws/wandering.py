@@ -161,8 +161,12 @@ def _ramps(problem: Problem) -> dict[str, FloatArray]:
         record.inside(np.arange(len(record.record)) / record.full_windows[1])
         for record in problem.records
     ]
-    ramp = problem.spectrum.transform(ramps, differences=True)
-    return {name: ramp if name == CENTRED else np.zeros_like(ramp) for name in problem.outputs}
+    return problem.transformed(
+        {
+            name: [ramp if name == CENTRED else np.zeros_like(ramp) for ramp in ramps]
+            for name in problem.outputs
+        }
+    )
 
 
 def _slots(

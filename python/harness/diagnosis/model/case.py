@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
 
 import numpy as np
 from scipy.signal import welch
@@ -19,7 +20,7 @@ from ...rigs import Rig
 from ..data.floor import NoiseFloor, machine_floor
 from ..options import Effort
 from ..schema import WINDOW_S
-from .between_samples import unknown_command_power
+from . import between_samples
 from .comparison import Blocks, Compared, compare, varying_outputs
 from .differences import SimulatorEngine
 from .fit import SUBSTEPS
@@ -27,6 +28,7 @@ from .parameters import Law, Parameter, calibration_parameters, effect_parameter
 from .problem import Problem
 from .scale import effect_starts
 from .spectrum import BANDS
+from .unlogged import BETWEEN, LONGEST, Whitening
 from .unsteadiness import lost_motion_power
 
 # A record is a limit cycle where more than the share MOSTLY_SWINGS of the power of its pressure
@@ -71,6 +73,8 @@ class Case:
     """Runs of the simulator of the rig; None where that is ours."""
     unknown: Mapping[bool, Mapping[str, FloatArray]] = field(default_factory=dict)
     """Further power that is tolerated, by output, of the fitted (False) and the held-out data."""
+    unlogged: Mapping[Record, Whitening] = field(default_factory=dict)
+    """Whitening of the errors for commands that nobody logged, by record; empty without them."""
     prepared: dict[tuple[Record, float, bool, Blocks], Compared] = field(default_factory=dict)
     """Results of `compare` so far, which the fits of all candidates share."""
 
@@ -117,9 +121,12 @@ class Case:
         all_states = self.all_states if all_states is None else all_states
         records = self.held_out if held_out else self.training
         blocks: Blocks = ("held out" if held_out else "fit") if self.blocks else "all"
+        compared = [self._compared(record, window_s, all_states, blocks) for record in records]
+        as_usual = window_s == self.window_s and all_states == self.all_states
+        whitening = [self.unlogged[record] for record in records] if self.unlogged else []
         return Problem(
             self.rig,
-            [self._compared(record, window_s, all_states, blocks) for record in records],
+            compared,
             self.parameters(effects),
             outputs=self.outputs,
             floors={name: floor.value for name, floor in self.floors.items()},
@@ -129,6 +136,9 @@ class Case:
             laws=laws,
             engine=self.engine,
             unknown=self.unknown.get(held_out) if window_s == self.window_s else None,
+            unlogged=[one.of(each) for one, each in zip(whitening, compared, strict=True)]
+            if whitening and as_usual
+            else (),
         )
 
     def together(self) -> Case:
@@ -148,12 +158,45 @@ class Case:
             unknown={False: unknown},
         )
 
-    def with_unknown_commands(self, effects: Sequence[str], x: FloatArray) -> Case:
+    def as_logged(self) -> Case:
+        """The case as if the controller had sent what was logged, and nothing else."""
+        held = {name: x for name, x in self.held.items() if name != BETWEEN}
+        return replace(self, unlogged={}, unknown={}, held=held)
+
+    def with_unlogged_commands(
+        self, effects: Sequence[str], x: FloatArray, move: float | None = None
+    ) -> Case:
         """The case with what the records do not tell of the command between their samples.
 
-        effects, x: the set that leaves least, and its fit.
+        The errors are whitened for it, about this fit, and what that leaves is tolerated. Where a
+        window has more than `LONGEST` samples, all that such commands do is tolerated.
+
+        Parameters
+        ----------
+        effects, x
+            the set that leaves least, and its fit.
+        move
+            of the mean course, 0 to 1; None: as the fit tells, and the same case where it is none.
         """
-        return self._tolerating(unknown_command_power, effects, x)
+        if self.engine is not None:
+            return self
+        as_logged = self.as_logged()
+        whole = replace(as_logged, training=self.records, blocks=False).problem(effects)
+        move = between_samples.mean_move_of(self.problem(effects), x) if move is None else move
+        if move is None:
+            return self
+        power = partial(between_samples.unknown_command_power, move=move)
+        tolerating = self if self.unlogged else as_logged._tolerating(power, effects, x)
+        if not self.unlogged and not any(tolerating.unknown.values()):
+            return self  # the log is fast enough
+        if max(record.full_windows[1] for record in whole.records) > LONGEST:
+            return tolerating
+        whitenings = between_samples.whitenings(whole, x, move)
+        return replace(
+            as_logged,
+            unlogged=dict(zip(self.records, whitenings, strict=True)),
+            held={**as_logged.held, BETWEEN: move},
+        )._tolerating(power, effects, x)
 
     def with_lost_motion(self, effects: Sequence[str], x: FloatArray) -> Case:
         """The case with what no simulator tells of a rod that sticks and slips.

@@ -32,6 +32,7 @@ from .differences import SimulatorEngine, differences
 from .linear import Linear
 from .parameters import Law, Parameter, block_basis
 from .spectrum import BANDS, OutputLikelihood, Spectrum
+from .unlogged import BETWEEN, Whitening, sent_twice, whitened
 
 # Only the shape of a position inside a window counts: a free run drifts.
 CENTRED = "position_m"
@@ -75,6 +76,8 @@ class Problem:
         runs of the simulator of the rig, where that is not ours.
     unknown
         further power that is tolerated, by output, shape (BANDS,): see `between_samples`.
+    unlogged
+        whitening of the errors of each record for commands that nobody logged, or none.
     """
 
     def __init__(
@@ -92,6 +95,7 @@ class Problem:
         laws: Sequence[Law] = (),
         engine: SimulatorEngine | None = None,
         unknown: Mapping[str, FloatArray] | None = None,
+        unlogged: Sequence[Whitening] = (),
     ) -> None:
         if not records or not outputs:
             raise ValueError("there is no record or no output to compare")
@@ -114,6 +118,7 @@ class Problem:
         self._columns = [OUTPUTS.index(name) for name in self.outputs]
         self._engine = engine
         self._unknown = {} if unknown is None else unknown
+        self._unlogged = tuple(unlogged)
         of_simulator = np.array([rig.values[name] for name in own])
         self._base = np.hstack(
             [self.rig.plant_values(fixed), self.rig.table_values(), of_simulator]
@@ -303,16 +308,28 @@ class Problem:
         self, simulated: Sequence[Mapping[str, FloatArray]]
     ) -> dict[str, FloatArray]:
         """Coefficients as `coefficients` gives them, from the result of `simulate`."""
-        return {
-            name: self.spectrum.transform(
-                [
+        return self.transformed(
+            {
+                name: [
                     record.inside(outputs[name]) - record.inside(record.outputs[name])
                     for record, outputs in zip(self.records, simulated, strict=True)
-                ],
-                differences=name == CENTRED,
-            )
-            for name in self.outputs
+                ]
+                for name in self.outputs
+            }
+        )
+
+    def transformed(self, inside: Mapping[str, Sequence[FloatArray]]) -> dict[str, FloatArray]:
+        """Coefficients by output, shape (R, ...), of what the outputs are inside the windows.
+
+        inside: by output the rows of each record, as `Compared.inside` gives them.
+        """
+        coefficients = {
+            name: self.spectrum.transform(of_records, differences=name == CENTRED)
+            for name, of_records in inside.items()
         }
+        if not self._unlogged:
+            return coefficients
+        return whitened(self.spectrum, self._unlogged, coefficients)
 
     def cost(self, x: FloatArray) -> float:
         """Cost J(x), nats; infinite if the simulation diverges."""
@@ -370,24 +387,23 @@ class Problem:
         values = self.plant_values(x)[np.newaxis]
         runs = run_threads(
             [
-                partial(self._run, record, values, (), signals)
-                for record, signals in zip(self.records, disturbances, strict=True)
+                partial(self._run, number, values, (), signals)
+                for number, signals in enumerate(disturbances)
             ]
         )
         return self._slopes([partials for _, partials in runs])
 
     def _slopes(self, partials: Sequence[Mapping[str, FloatArray]]) -> dict[str, FloatArray]:
         """Derivatives of the coefficients by output, from those of the samples of each record."""
-        return {
-            name: self.spectrum.transform(
-                [
+        return self.transformed(
+            {
+                name: [
                     record.inside(of_record[name])
                     for record, of_record in zip(self.records, partials, strict=True)
-                ],
-                differences=name == CENTRED,
-            )
-            for name in self.outputs
-        }
+                ]
+                for name in self.outputs
+            }
+        )
 
     def _sensitivities(
         self, x: FloatArray, varied: Sequence[int]
@@ -420,26 +436,40 @@ class Problem:
         places: of these values in `plant_values`.
         """
         values = self.plant_values(x)[np.newaxis]
-        return run_threads([partial(self._run, record, values, places) for record in self.records])
+        return run_threads(
+            [partial(self._run, number, values, places) for number in range(len(self.records))]
+        )
 
     def _run(
         self,
-        record: Compared,
+        number: int,
         values: FloatArray,
         indices: Sequence[int],
         disturbances: Sequence[tuple[str, FloatArray]] = (),
     ) -> tuple[dict[str, FloatArray], dict[str, FloatArray]]:
+        record = self.records[number]
         if self._engine is not None:
             return self._engine.outputs(record, values[0]), {}
+        command, aligned, parts = record.record.column("command_v"), record.aligned, 1
+        if self._unlogged:
+            values = values.copy()
+            values[:, list(plant_parameters()).index(BETWEEN)] = 0.0
+            command, aligned = sent_twice(command, self._unlogged[number].between, aligned)
+            middle = np.arange(command.size) / 2
+            disturbances = [
+                (equation, np.interp(middle, np.arange(signal.size), signal))
+                for equation, signal in disturbances
+            ]
+            parts = 2
         outputs, partials = ehsid.simulate_plant(
             self.rig.plant,
             values,
-            record.record.column("command_v"),
-            dt_s=record.dt_s,
-            substeps=self.substeps,
+            command,
+            dt_s=record.dt_s / parts,
+            substeps=-(-self.substeps // parts),
             varied=indices,
             watched=self._columns,
-            aligned=record.aligned,
+            aligned=aligned,
             # The parts of a run with many sensitivities can run side by side.
             threads=max(worker_count(), 0),
             tables=self.rig.table_shapes(),
@@ -447,6 +477,6 @@ class Problem:
         )
         places = list(enumerate(zip(self.outputs, self._columns, strict=True)))
         return (
-            {name: outputs[0, :, column] for _, (name, column) in places},
-            {name: partials[0, :, :, place] for place, (name, _) in places},
+            {name: outputs[0, ::parts, column] for _, (name, column) in places},
+            {name: partials[0, ::parts, :, place] for place, (name, _) in places},
         )

@@ -23,7 +23,7 @@ from ...base.numbers import FloatArray
 from ...catalogue.parameters import effects
 from ...catalogue.spellings import ParameterKey
 from ..deciding import REPEATS
-from .problem import CENTRED, Problem
+from .problem import Problem
 
 
 def lost_motion_power(problem: Problem, x: FloatArray) -> Mapping[str, FloatArray]:
@@ -48,15 +48,18 @@ def lost_motion_power(problem: Problem, x: FloatArray) -> Mapping[str, FloatArra
         problem.simulate(np.clip(x + sign * steps, problem.low, problem.high))
         for sign in (0.0, 1.0, -1.0)
     )
-    lost = {}
-    for name in problem.outputs:
-        even = [
-            record.inside(0.5 * (up[name] + down[name]) - middle[name])
-            for record, middle, up, down in zip(problem.records, here, larger, smaller, strict=True)
-        ]
-        coefficients = problem.spectrum.transform(even, differences=name == CENTRED)
-        lost[name] = problem.spectrum.powers(coefficients)
-    return lost
+    even = problem.transformed(
+        {
+            name: [
+                record.inside(0.5 * (up[name] + down[name]) - middle[name])
+                for record, middle, up, down in zip(
+                    problem.records, here, larger, smaller, strict=True
+                )
+            ]
+            for name in problem.outputs
+        }
+    )
+    return {name: problem.spectrum.powers(coefficients) for name, coefficients in even.items()}
 
 
 def _is_friction(effect: str | None) -> bool:

@@ -20,22 +20,27 @@ from functools import partial
 from ...base.numbers import FloatArray
 from ...base.parallel import run_together
 from ..deciding import EFFECT, EVIDENCE
+from ..model.between_samples import mean_move_of
 from ..model.case import Case
 from ..model.fit import Fit, fit
+from ..model.unlogged import BETWEEN
 from .candidates import (
     FittedCandidate,
     again_with_slower_spool,
     decision_case,
     evaluate,
     nominal_candidate,
+    refine,
     refine_finely,
 )
-from .score import score_of, share_of_tolerance
+from .score import left, score_of, share_of_tolerance
 from .search import SearchResult
 
 # Sets this far behind the best one are no answer after another fit either, nats: what three
 # effects cost.
 BEHIND = 3.0 * EFFECT
+# A set that leaves no more, ln, explains the records without commands that nobody logged.
+EXPLAINED = 0.5
 # Steps of a fit to all data, which starts from that to a part of them, and of the next one, whose
 # priors pull harder.
 ITERATIONS_TOGETHER, ITERATIONS_HELD = 6, 10
@@ -60,6 +65,50 @@ class FittedToAll:
 def with_slower_spools(case: Case, found: SearchResult) -> SearchResult:
     """Returns the search with limits of the spool's speed where the likely sets show one."""
     return _again(case, found, partial(again_with_slower_spool, case))
+
+
+def with_unlogged_commands(found: SearchResult) -> Case:
+    """Returns the case with what unlogged commands can do, by the set that leaves least."""
+    ahead = _ahead(found)
+    return found.case.with_unlogged_commands(ahead.effects, ahead.x)
+
+
+def contradicted(found: SearchResult) -> Case | None:
+    """Returns the case to search anew, or None.
+
+    Whether the command moves between the samples, the set that leaves least tells better than the
+    values alone, by which the search began. Its fit tells the move. Where that is none, so does the
+    likelihood: commands between the samples are unknown inputs if the errors are so much smaller
+    then that it pays for the directions in which they count for less,
+
+        left(whitened) + 1/2 ln det(I + Z Z') / N < left(held)
+    """
+    case, ahead = found.case, _ahead(found)
+    if case.unlogged:
+        as_logged = case.as_logged()
+        held = refine_finely(as_logged, ahead.effects, ahead.x)
+        moves = mean_move_of(as_logged.problem(ahead.effects), held.x) is not None
+        if moves or _with_widening(case, ahead) < left(as_logged, held):
+            return None
+        return replace(as_logged, held={**as_logged.held, BETWEEN: 0.0})
+    moving = case.with_unlogged_commands(ahead.effects, ahead.x)
+    if moving is case and case.engine is None and left(case, ahead) > EXPLAINED:
+        possible = case.with_unlogged_commands(ahead.effects, ahead.x, move=0.5)
+        again = refine(possible, ahead.effects, ahead.x)
+        if possible.unlogged and _with_widening(possible, again) < left(case, ahead):
+            moving = possible.with_unlogged_commands(again.effects, again.x)
+    return moving if moving.unlogged else None
+
+
+def _with_widening(case: Case, candidate: FittedCandidate) -> float:
+    """What a candidate leaves, with what its whitening takes from the likelihood."""
+    taken = [each.widening for each in case.unlogged.values()]
+    widening = sum(nats for nats, _ in taken) / max(sum(count for _, count in taken), 1)
+    return left(replace(case, unknown={}), candidate) + widening
+
+
+def _ahead(found: SearchResult) -> FittedCandidate:
+    return min((found.calibrated, *found.refined), key=lambda each: left(found.case, each))
 
 
 def fitted_again(case: Case, found: SearchResult) -> SearchResult:
@@ -110,7 +159,9 @@ def fitted_together(case: Case, joint: Case, found: SearchResult) -> SearchResul
         return evaluate(joint, each.effects, Fit(each.x, cost, 0, False))
 
     screened = run_together([partial(as_it_is, each) for each in others])
-    return SearchResult(nominal_candidate(joint), calibrated, tuple(refined), tuple(screened))
+    return SearchResult(
+        joint, nominal_candidate(joint), calibrated, tuple(refined), tuple(screened)
+    )
 
 
 def _likely(case: Case, found: SearchResult) -> list[FittedCandidate]:

@@ -82,6 +82,8 @@ class Look(Protocol):
 class SearchResult:
     """Result of the search: all candidates that were fitted."""
 
+    case: Case
+    """The case to which they were fitted: with unknown commands between the samples, perhaps."""
     nominal: FittedCandidate
     calibrated: FittedCandidate
     """The rig as configured, and with its values fitted."""
@@ -130,12 +132,20 @@ def search(
 ) -> SearchResult:
     """Fits all sets of effects that may explain the records; it decides only where to look.
 
+    Where the fit without effects shows that the command moves between the samples, unlogged
+    commands are unknown inputs of all fits, see `model.between_samples`.
+
     progress: called with the share of the present stage that is done; `look` begins a stage.
     """
     look = _no_look if look is None else look
     nominal = nominal_candidate(case)
     look("values", nominal, nominal, [nominal])
     calibrated = calibrate(case)
+    moving = case.with_unlogged_commands((), calibrated.x)
+    if moving.unlogged and not case.unlogged:
+        # The first fit followed what unlogged commands do.
+        case = moving.with_unlogged_commands((), refine(moving, (), calibrated.x).x)
+        nominal, calibrated = nominal_candidate(case), calibrate(case)
     look("alone", nominal, calibrated, [calibrated])
     effect_ids = candidate_effects(case.rig, exclude, case.outputs)
     screened = _screen_extensions(case, [calibrated], effect_ids, progress, extra_x=[nominal.x])
@@ -196,7 +206,7 @@ def search(
     refined = with_usual_sizes(case, refined)
     look("deciding", nominal, calibrated, _by_held_out_cost(calibrated, *refined, *screened))
     return SearchResult(
-        nominal, calibrated, tuple(sorted(refined, key=_held_out_cost)), tuple(screened)
+        case, nominal, calibrated, tuple(sorted(refined, key=_held_out_cost)), tuple(screened)
     )
 
 

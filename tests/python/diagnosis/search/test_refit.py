@@ -102,7 +102,7 @@ def measured(kind: str, values: Mapping[str, float] = SOFT) -> Record:
 def test_what_only_held_out_records_excite_is_no_fault_of_a_set() -> None:
     case = make_case(made.RIG, [measured("slow")], [measured("fast")])
     calibrated = calibrate(case)
-    found = SearchResult(nominal_candidate(case), calibrated, (), ())
+    found = SearchResult(case, nominal_candidate(case), calibrated, (), ())
     (both,) = fitted_to_all(case, found)
     assert both.effects == ()
     together, fine = both.freely, decision_case(case)
@@ -122,7 +122,7 @@ def test_values_are_held_as_their_priors_and_the_evidence_say() -> None:
     """EVIDENCE left(x) + prior(x) is least: no step of a value makes it clearly smaller."""
     records = [measured(kind, SLOW_VALVE) for kind in ("slow", "fast")]
     case = make_case(made.RIG, records[:1], records[1:])
-    found = SearchResult(nominal_candidate(case), calibrate(case), (), ())
+    found = SearchResult(case, nominal_candidate(case), calibrate(case), (), ())
     (both,) = fitted_to_all(case, found)
     together = decision_case(case).together()
     problem, parameters = together.problem(), together.parameters(())
