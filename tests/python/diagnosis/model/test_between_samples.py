@@ -156,6 +156,7 @@ def test_in_fast_logs_all_that_unlogged_commands_do_is_tolerated(
     monkeypatch.setattr(case_module, "LONGEST", 24)  # a window has 25 samples
     tolerating = case.with_unlogged_commands((), candidate.x)
     assert not tolerating.unlogged
+    assert set(tolerating.unknown) == {False, True}
     for part, of_part in tolerating.unknown.items():
         power = power_of(case.problem(held_out=part), candidate.x)
         for name in case.outputs:
