@@ -94,9 +94,10 @@ def contradicted(found: SearchResult) -> Case | None:
     moving = case.with_unlogged_commands(ahead.effects, ahead.x)
     if moving is case and case.engine is None and left(case, ahead) > EXPLAINED:
         possible = case.with_unlogged_commands(ahead.effects, ahead.x, move=0.5)
-        again = refine(possible, ahead.effects, ahead.x)
-        if possible.unlogged and _with_widening(possible, again) < left(case, ahead):
-            moving = possible.with_unlogged_commands(again.effects, again.x)
+        if possible.unlogged:
+            again = refine(possible, ahead.effects, ahead.x)
+            if _with_widening(possible, again) < left(case, ahead):
+                moving = possible.with_unlogged_commands(again.effects, again.x)
     return moving if moving.unlogged else None
 
 
