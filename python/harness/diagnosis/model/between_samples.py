@@ -29,7 +29,7 @@ middle.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from functools import partial
 
 import numpy as np
@@ -40,6 +40,7 @@ from ...base.numbers import FloatArray
 from ...catalogue.parameters import plant_parameters
 from ...signals.simulation.run import OUTPUTS
 from .comparison import Compared
+from .parameters import Parameter
 from .problem import CENTRED, Problem
 from .spectrum import Spectrum
 from .unlogged import BETWEEN, Whitening, sent_twice, whitening_of
@@ -58,9 +59,9 @@ RUNS = 2
 SEED = 20
 
 
-def mean_move_of(problem: Problem, x: FloatArray) -> float | None:
-    """The move b that counts where x is a fit; None where the command is held between samples."""
-    for parameter, place in zip(problem.parameters, x, strict=False):
+def mean_move_of(parameters: Sequence[Parameter], x: FloatArray) -> float | None:
+    """The move b that counts where a fit ended at x; None where the command is held."""
+    for parameter, place in zip(parameters, x, strict=False):
         if parameter.name == BETWEEN and place >= LEAST_MOVE:
             return float(place) if place > SEVERAL else 0.5
     return None

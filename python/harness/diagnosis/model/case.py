@@ -180,15 +180,16 @@ class Case:
         """
         if self.engine is not None:
             return self
-        as_logged = self.as_logged()
-        whole = replace(as_logged, training=self.records, blocks=False).problem(effects)
-        move = between_samples.mean_move_of(self.problem(effects), x) if move is None else move
+        if move is None:
+            move = between_samples.mean_move_of(self.parameters(effects), x)
         if move is None:
             return self
+        as_logged = self.as_logged()
         power = partial(between_samples.unknown_command_power, move=move)
         tolerating = self if self.unlogged else as_logged._tolerating(power, effects, x)
         if not self.unlogged and not any(tolerating.unknown.values()):
             return self  # the log is fast enough
+        whole = replace(as_logged, training=self.records, blocks=False).problem(effects)
         if max(record.full_windows[1] for record in whole.records) > LONGEST:
             return tolerating
         whitenings = between_samples.whitenings(whole, x, move)

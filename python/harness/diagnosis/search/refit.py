@@ -87,7 +87,7 @@ def contradicted(found: SearchResult) -> Case | None:
     if case.unlogged:
         as_logged = case.as_logged()
         held = refine_finely(as_logged, ahead.effects, ahead.x)
-        moves = mean_move_of(as_logged.problem(ahead.effects), held.x) is not None
+        moves = mean_move_of(as_logged.parameters(ahead.effects), held.x) is not None
         if moves or _with_widening(case, ahead) < left(as_logged, held):
             return None
         return replace(as_logged, held={**as_logged.held, BETWEEN: 0.0})

@@ -95,13 +95,13 @@ def test_two_commands_a_sample_move_by_half_of_the_way(twice: Calibration) -> No
 def test_unknown_commands_count_whole_or_not_at_all(twice: Calibration) -> None:
     """A controller sends no part of a command: a move of a fifth is one that the fit sees badly."""
     case, candidate = twice
-    problem = case.problem()
-    place = [parameter.name for parameter in problem.parameters].index(BETWEEN)
+    parameters = case.parameters()
+    place = [parameter.name for parameter in parameters].index(BETWEEN)
 
     def counts(share: float) -> float | None:
         x = candidate.x.copy()
         x[place] = share
-        return mean_move_of(problem, x)
+        return mean_move_of(parameters, x)
 
     assert counts(0.9 * LEAST_MOVE) is None
     assert counts(0.2) == counts(0.6) == 0.5
