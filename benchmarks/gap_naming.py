@@ -272,7 +272,7 @@ def point(pair: Pair, turned: bool, factor: float, draws: int) -> dict[str, Any]
     true, other = reversed(pair.names) if turned else pair.names
     rig = pair.setting.rig()
     case = make_case(rig, [record_of(pair.setting, SEED, {})])
-    case = replace(case, training=case.records, blocks=False, unseen=True)
+    case = replace(case, training=case.records, blocks=False)
     sizes = scaled(true, effect_starts(true, rig)[0], factor)
     truth = case.problem((true,)).simulate(started(case, (true,), sizes))
     right = best_fit(case, (true,), [sizes], truth)

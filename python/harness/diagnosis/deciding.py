@@ -99,11 +99,6 @@ NEEDLESS_OUTSIDE = 5.0
 FURTHER_MEMBER = 1.0
 SET_WITHOUT_TRUTH = 5.0
 
-# --- Load force without pressures ----------------------------------------------------------------
-# A load force must be this many of its standard deviations, which include those of metering edges
-# that cannot be seen.
-FORCE_DEVIATIONS = 2.0
-
 # --- Values of the rig ---------------------------------------------------------------------------
 # A value has moved if it did so by this many standard deviations of the rig file, and of the fit.
 MOVED_PRIOR = 1.0

@@ -21,7 +21,6 @@ from ..deciding import TOLD
 from ..model.case import Case
 from ..search.candidates import FittedCandidate
 from ..search.intervals import likelihood_gain, matters, simpler_part, too_large
-from ..search.score import always_touches
 from ..search.search import SearchResult
 from .hypotheses import Answer, Hypothesis, Posterior, least_loss
 
@@ -180,12 +179,7 @@ def _why_too_small(case: Case, candidate: FittedCandidate) -> str:
     ]
     if reasons:
         return "; ".join(reasons)
-    if always_touches(case, candidate):
-        return "the rod hardly ever leaves this contact, which is a load spring then"
-    return (
-        "unequal metering edges of the valve can explain a load force of this size; measured "
-        "chamber pressures would separate them"
-    )
+    return "the rod hardly ever leaves this contact, which is a load spring then"
 
 
 def _why_no_name(effect: str, values: Mapping[str, float], rig: Rig) -> str:

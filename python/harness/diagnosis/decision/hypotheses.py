@@ -60,7 +60,6 @@ from ..deciding import (
 from ..model.case import Case
 from ..search.candidates import FittedCandidate
 from ..search.intervals import matters
-from ..search.maps import edges_can_replace_force
 from ..search.refit import FittedToAll
 from ..search.score import (
     IN_USE,
@@ -242,16 +241,14 @@ def posterior(
     together: the likely ones with their values fitted to all data; what they leave counts. The
     price of the values of the others is that with the values of their fit.
 
-    Sets with an effect that is no larger than in every servo are left out, and so are load forces
-    that edges of the valve can replace: the smaller set stands for them. For a contact that the rod
-    never leaves a load spring stands.
+    Sets with an effect that is no larger than in every servo are left out: the smaller set stands
+    for them. For a contact that the rod never leaves a load spring stands.
     """
     named = [
         candidate
         for candidate in refined
         if candidate.effects
         and all(matters(effect, candidate.values, case.rig) for effect in candidate.effects)
-        and not edges_can_replace_force(case, candidate)
         and not always_touches(case, candidate)
     ]
     candidates = [calibrated, *named]

@@ -125,8 +125,6 @@ def missing_laws(
     origin = chain.steps[0]
     chain = _springs_taken_in(fine, chain)
     candidate = _without_needless(fine, chain.last)
-    if _edges_can_replace(fine, best, candidate):
-        return None
     held = {
         name: value
         for name, value in best.values.items()
@@ -215,26 +213,6 @@ def moves_as_lever(case: Case, candidate: FittedCandidate) -> bool:
     table, places = candidate.tables()[law.name], np.linspace(low_m, high_m, law.knots.size)
     moved_kg = mass_kg + np.interp(places, table.knots, table.values)
     return float(moved_kg.max()) >= LEAST_LEVER * float(moved_kg.min())
-
-
-def _edges_can_replace(case: Case, best: FittedCandidate, with_laws: FittedCandidate) -> bool:
-    """Whether unequal edges of the valve are as probable as laws, where no pressure is measured.
-
-    The fits leave these edges out, because a load force would be told as them. So a law may stand
-    for them, or for a load force that is not named because they can replace it.
-    """
-    if case.pressures or case.rig.plant != "ehs" or moves_as_lever(case, with_laws):
-        return False
-    problem = replace(case, unseen=True).problem(best.effects)
-    fitted = {parameter.name for parameter in case.parameters(best.effects)}
-    seen = np.array([parameter.name in fitted for parameter in problem.parameters])
-    centre = problem.centre()
-    x = centre.copy()
-    x[seen] = best.x
-    found = _fitted(replace(case, unseen=True), x, best.effects, ())
-    # They cost what their priors take: the data alone would move them anywhere.
-    cost = 0.5 * float(np.sum((problem.information() * (found.x - centre) ** 2)[~seen]))
-    return _penalised(case, found) + cost / EVIDENCE <= _penalised(case, with_laws)
 
 
 def _shrinks(before: FittedCandidate, found: FittedCandidate) -> bool:

@@ -65,8 +65,6 @@ class Case:
     """Length of the windows in s, and which states are reset in each window, as in `compare`."""
     held: Mapping[str, float] = field(default_factory=dict)
     """Values of parameters of effects that are not fitted, by full name."""
-    unseen: bool = False
-    """Whether fits include what only chamber pressures show, see `calibration_parameters`."""
     effort: Effort = "full"
     """How many fits the search makes."""
     engine: SimulatorEngine | None = None
@@ -90,9 +88,7 @@ class Case:
 
     def parameters(self, effects: Sequence[str] = ()) -> tuple[Parameter, ...]:
         """Parameters of the calibration, then those of the effects in the given order."""
-        parameters = list(
-            calibration_parameters(self.rig, pressures=self.pressures, unseen=self.unseen)
-        )
+        parameters = list(calibration_parameters(self.rig, pressures=self.pressures))
         for effect in effects:
             # The effect replaces its nuisances. They are held but keep their places in x.
             nuisances = (catalogue()[effect].nuisance or "").split()

@@ -84,16 +84,12 @@ class Parameter:
         return min(max(value, self.low), self.high)
 
 
-def calibration_parameters(
-    rig: Rig, *, pressures: bool = True, unseen: bool = False
-) -> tuple[Parameter, ...]:
+def calibration_parameters(rig: Rig, *, pressures: bool = True) -> tuple[Parameter, ...]:
     """Returns the values of the rig and the nuisances that a calibration may change.
 
     The uncertainty of a rig value gives its prior and bounds. Effects in the rig file are treated
     like any other value. Values that define others or are measured with a ruler (`held`) stay, and
-    so do nuisances that do not act on the plant. Without measured pressures, nuisances that only
-    these separate from a load force (`by_pressures`) stay, too, unless `unseen` includes them: a
-    load force also makes the speeds of the two directions unequal.
+    so do nuisances that do not act on the plant. pressures: whether a chamber pressure is measured.
     """
     if rig.simulator is not None:
         return (*_of_simulator(rig), *_nuisances(rig, pressures))
@@ -103,11 +99,7 @@ def calibration_parameters(
         if known[name].held or value == 0.0 or key.is_nuisance or key.is_initial:
             continue
         parameters.append(_of_plant(name, value, rig.sigma(name)))
-    nuisances = _nuisances(rig, pressures)
-    return (
-        *parameters,
-        *(p for p in nuisances if pressures or unseen or not known[p.name].by_pressures),
-    )
+    return (*parameters, *_nuisances(rig, pressures))
 
 
 def _of_plant(name: str, value: float, sigma: float) -> Parameter:

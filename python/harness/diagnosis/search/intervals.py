@@ -17,7 +17,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from scipy.stats import t as student
@@ -73,19 +73,11 @@ def candidate_covariance(
 ) -> tuple[FloatArray, int]:
     """Returns the covariance of the x of a candidate, shape (n, n), and the number of windows used.
 
-    The fit leaves out nuisances that the record cannot separate from an effect. Here they are
-    included with the uncertainty of their priors, which adds to that of the effect that stands for
-    them. at_ends: as of `covariance`.
+    at_ends: as of `covariance`.
     """
-    fine = decision_case(case)
-    problem = replace(fine, unseen=True).problem(candidate.effects, laws=candidate.laws)
-    fitted = fine.problem(candidate.effects, laws=candidate.laws).parameters
-    names = {parameter.name for parameter in fitted}
-    indices = [i for i, parameter in enumerate(problem.parameters) if parameter.name in names]
-    x = problem.centre()
-    x[indices] = candidate.x
+    problem = decision_case(case).problem(candidate.effects, laws=candidate.laws)
     windows = sum(int(np.unique(record.window[record.used]).size) for record in problem.records)
-    return covariance(problem, x, at_ends=at_ends)[np.ix_(indices, indices)], windows
+    return covariance(problem, candidate.x, at_ends=at_ends), windows
 
 
 def candidate_deviations(case: Case, candidate: FittedCandidate) -> tuple[FloatArray, int]:

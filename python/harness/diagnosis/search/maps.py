@@ -25,13 +25,10 @@ import numpy.typing as npt
 from scipy.fft import dct
 
 from ...base.numbers import FloatArray
-from ...catalogue.families import spelled_out
 from ...catalogue.parameters import effects
-from ...catalogue.spellings import ParameterKey
 from ...rigs import Rig
 from ..data.floor import sensor_step
 from ..data.regimes import drawn_windows, interval
-from ..deciding import FORCE_DEVIATIONS
 from ..model.case import Case
 from ..model.comparison import Compared
 from ..schema import (
@@ -47,7 +44,6 @@ from ..schema import (
 )
 from .candidates import FittedCandidate
 from .identifiability import conditions
-from .intervals import candidate_deviations
 
 # Conditions that hold for less than a hundredth of the time are not listed: that is 0.2 s of 20 s.
 LEAST_TIME = 0.01
@@ -212,26 +208,6 @@ def _spans(compared: Sequence[Compared], by_window: FloatArray) -> list[Span]:
                 gap_share = float(share[begin:end].sum())
                 spans.append(Span(span_s, gap_share, compared_record.record.name))
     return spans
-
-
-FORCE = "load_force"
-
-
-def edges_can_replace_force(case: Case, candidate: FittedCandidate) -> bool:
-    """Whether unequal edges of the valve can explain the load force of a candidate.
-
-    They can where no pressure is measured and the force is small beside its standard deviation. A
-    force that is a part of another effect has no deviation of its own: there the set in which it is
-    spelled out stands for the effect.
-    """
-    if case.pressures or case.rig.plant != "ehs" or FORCE not in spelled_out(candidate.effects):
-        return False
-    if FORCE not in candidate.effects:
-        return True
-    names = [parameter.name for parameter in case.parameters(candidate.effects)]
-    index = names.index(ParameterKey.of_effect(FORCE, "force_n"))
-    deviations, _ = candidate_deviations(case, candidate)
-    return abs(float(candidate.x[index])) < FORCE_DEVIATIONS * float(deviations[index])
 
 
 # Rounding makes most of the noise if its deviation is half of that of the noise. On the development

@@ -33,7 +33,7 @@ from scipy.stats import norm
 
 from ...base.numbers import FloatArray
 from ...base.parallel import run_together, single_threaded_algebra
-from ...catalogue.families import law_count, repeats_a_law, spelled_out
+from ...catalogue.families import law_count, repeats_a_law
 from ...catalogue.parameters import effects as catalogue
 from ...catalogue.spellings import effect_values
 from ...records import Record
@@ -50,7 +50,6 @@ from ..model.separation import quadratic, reweighted
 from ..schema import CouldBeSeen
 from .candidates import FittedCandidate
 from .intervals import margin, scaled
-from .maps import FORCE
 from .search import candidate_effects
 
 # Power and false alarm, as deviations of a normal distribution.
@@ -78,7 +77,6 @@ class Ground:
     laws: tuple[Law, ...]
     """What the simulator has besides its values."""
     problem: Problem
-    """Its parameters include those that only chamber pressures separate from a load force."""
     x: FloatArray
     """Values of these parameters, shape (n,)."""
     linear: Linear
@@ -92,7 +90,7 @@ def ground_of(case: Case, candidate: FittedCandidate | None = None) -> Ground:
 
     As told, the simulator is taken to leave the noise only: before a fit nobody knows more.
     """
-    whole = replace(case, training=case.records, blocks=False, unseen=True)
+    whole = replace(case, training=case.records, blocks=False)
     if candidate is None:
         problem = whole.problem()
         x = problem.centre()
@@ -100,10 +98,6 @@ def ground_of(case: Case, candidate: FittedCandidate | None = None) -> Ground:
         left = np.stack([one.narrowed(0.0).tolerated for one in likelihoods])
         return Ground(whole, (), (), problem, x, problem.linear(x), left)
     problem = whole.problem(candidate.effects, laws=candidate.laws)
-    fitted = case.problem(candidate.effects, laws=candidate.laws).parameters
-    place = {parameter.name: i for i, parameter in enumerate(problem.parameters)}
-    x = problem.centre()
-    x[[place[parameter.name] for parameter in fitted]] = candidate.x
     sizes = sum(case.problem(held_out=part).spectrum.sizes for part in (False, True))
     left = candidate.fit_powers.sum(axis=0) + candidate.powers.sum(axis=0)
     return Ground(
@@ -111,8 +105,8 @@ def ground_of(case: Case, candidate: FittedCandidate | None = None) -> Ground:
         candidate.effects,
         candidate.laws,
         problem,
-        x,
-        problem.linear(x),
+        candidate.x,
+        problem.linear(candidate.x),
         left / np.maximum(sizes, 1.0),
     )
 
@@ -262,14 +256,6 @@ def shown(ground: Ground, effect: str, sizes: Mapping[str, float]) -> tuple[Prob
     x = np.concatenate([ground.x[:before], own, ground.x[before:]])
     simulated = with_effect.simulate(x)
     problem = ground.problem.explaining(simulated, ground.x, ground.left)
-    if not (ground.case.pressures or FORCE in spelled_out((effect,))):
-        # Without pressures, edges of the valve stay: they may absorb a load force only.
-        without = replace(ground.case, unseen=False)
-        kept = without.problem(ground.effects, laws=ground.laws).parameters
-        names = {parameter.name for parameter in kept}
-        held = np.array([parameter.name not in names for parameter in problem.parameters])
-        problem.low = np.where(held, ground.x, problem.low)
-        problem.high = np.where(held, ground.x, problem.high)
     of_effect = ground.problem.coefficients_of(simulated)
     if not all(np.isfinite(each).all() for each in of_effect.values()):
         return problem, None

@@ -25,7 +25,6 @@ from ehsid.harness.diagnosis.deciding import (
     AGREES,
     EFFECT,
     EVIDENCE,
-    FORCE_DEVIATIONS,
     LAPSE,
     LEAST_SHARE,
     SMALL,
@@ -41,9 +40,7 @@ from ehsid.harness.diagnosis.decision.hypotheses import (
 )
 from ehsid.harness.diagnosis.model.case import Case
 from ehsid.harness.diagnosis.model.spectrum import BANDS
-from ehsid.harness.diagnosis.search import maps
 from ehsid.harness.diagnosis.search.candidates import FittedCandidate
-from ehsid.harness.diagnosis.search.maps import edges_can_replace_force
 from ehsid.harness.diagnosis.search.refit import FittedToAll
 from ehsid.harness.diagnosis.search.score import (
     IN_USE,
@@ -296,41 +293,6 @@ def test_a_contact_that_the_rod_never_leaves_is_a_load_spring(free: float, touch
     assert ("a load spring then" in told.why) == touches
     # What touches nothing is not asked where the rod is.
     assert not always_touches(case, candidate("sensor_lag", rms=1e-6))
-
-
-class _WithForce(MadeCase):
-    pressures = False
-
-    def parameters(self, effects: Any = ()) -> Any:
-        names = {"load_force": "effects.load_force.force_n"}
-        return tuple(
-            replace(each, name=names.get(each.name.split(".")[1], each.name))
-            for each in super().parameters(effects)
-        )
-
-
-def test_a_load_force_that_edges_of_the_valve_can_replace_is_no_hypothesis(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    case = cast(Case, cast(Any, _WithForce()))
-    forced = candidate("load_force", rms=1e-6, **{"load_force.force_n": 2000.0})
-    deviations = np.full(forced.x.size, 10.0)
-    monkeypatch.setattr(maps, "candidate_deviations", lambda *_: (deviations, 40))
-    for in_deviations in (0.9, 1.1):
-        for sign in (1.0, -1.0):
-            forced.x[-1] = sign * in_deviations * FORCE_DEVIATIONS * 10.0
-            is_small = in_deviations < 1.0
-            assert edges_can_replace_force(case, forced) == is_small
-            found = posterior(case, candidate(rms=1e-4), [forced])
-            assert (("load_force",) in by_set(found)) == (not is_small)
-    # Where friction by direction has a part of it, the two effects with their own sizes are tried.
-    sides = candidate("coulomb_friction_sides", rms=1e-6)
-    assert edges_can_replace_force(case, sides)
-    assert not edges_can_replace_force(CASE, sides)
-    # With pressures the edges are seen; without a force there is nothing to replace.
-    forced.x[-1] = 0.0
-    assert not edges_can_replace_force(CASE, forced)
-    assert not edges_can_replace_force(case, candidate("sensor_lag", rms=1e-6))
 
 
 def test_errors_laws_and_small_effects_cost_what_the_formula_says() -> None:

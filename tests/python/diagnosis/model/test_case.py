@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 
 import ehsid
-from ehsid.harness.catalogue.parameters import plant_parameters
 from ehsid.harness.diagnosis.data.floor import floor_of
 from ehsid.harness.diagnosis.model.case import LEAST_WINDOW_SAMPLES, WINDOW_SWINGING_S, make_case
 from ehsid.harness.diagnosis.model.fit import SUBSTEPS
@@ -171,9 +170,6 @@ def test_floor_is_that_of_the_noisiest_training_record() -> None:
 def test_parameters_are_those_of_the_calibration_and_then_the_effects() -> None:
     case = made.case_of({})
     calibration = [p.name for p in case.parameters()]
-    by_pressures = {name for name, info in plant_parameters().items() if info.by_pressures}
-    assert by_pressures
-    assert by_pressures <= set(calibration)
     both = [p.name for p in case.parameters(("stribeck_friction", "transport_delay"))]
     assert both[: len(calibration)] == calibration
     assert both[len(calibration) :] == [
@@ -182,11 +178,9 @@ def test_parameters_are_those_of_the_calibration_and_then_the_effects() -> None:
         "effects.stribeck_friction.stribeck_velocity_m_s",
         "effects.transport_delay.delay_s",
     ]
-    # Without pressures, the nuisances that only pressures show are left out.
+    # Edges of the valve differ whether pressures are measured or not.
     position_only = replace(case, outputs=("position_m",))
-    assert [p.name for p in position_only.parameters()] == [
-        name for name in calibration if name not in by_pressures
-    ]
+    assert [p.name for p in position_only.parameters()] == calibration
 
 
 def test_records_without_information_are_refused() -> None:
