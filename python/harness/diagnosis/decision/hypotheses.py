@@ -31,9 +31,9 @@ friction count as one effect. A law without a name is a cause outside. An answer
 probable than TOLD is not given.
 
 Values that are not those of the rig file within their uncertainty cost VALUES at most, whatever the
-set, see `score.price_of_values`. Where nothing is missing, this price tells how probable it is that
-values differ. One question stands beside these: does the position come in steps? The record itself
-shows that.
+set, and so does an unusual servo, see `score.price_of_values`. Where nothing is missing, this price
+tells how probable it is that values differ. One question stands beside these: does the position
+come in steps? The record itself shows that.
 """
 
 from __future__ import annotations
@@ -63,7 +63,9 @@ from ..search.intervals import matters
 from ..search.refit import FittedToAll
 from ..search.score import (
     IN_USE,
+    NO_PRICE,
     Constants,
+    Price,
     always_touches,
     left,
     price_of_values,
@@ -90,8 +92,8 @@ class Hypothesis:
     left: float = 0.0
     small: float = 0.0
     """Errors that the set leaves, and the sum over its effects of max(0, 1 - margin)."""
-    price: float = 0.0
-    """Of its values of the rig, nats, see `score.price_of_values`."""
+    price: Price = NO_PRICE
+    """Of its values, see `score.price_of_values`."""
     probability: float = 0.0
     """0 to 1."""
 
@@ -178,7 +180,7 @@ class Posterior:
         laws: of each the effects beside it, and its evidence against the rig without effects whose
         values cost nothing, nats, its prior cost included.
         """
-        nothing = self.healthy.score + self.healthy.price - self.agreement
+        nothing = self.healthy.score + self.healthy.price.total - self.agreement
         further = [
             Hypothesis("law", nothing + evidence, tuple(effects)) for effects, evidence in laws
         ]
@@ -260,7 +262,7 @@ def posterior(
     for each in candidates:
         leaves, small = left(case, told[each.effects], share=share), smallness(case, each)
         price = price_of_values(case, told[each.effects], fits[each.effects].held, share)
-        points = float(score(leaves, law_count(each.effects), small, price))
+        points = float(score(leaves, law_count(each.effects), small, price.total))
         kind: Kind = "effects" if each.effects else "nothing"
         sets.append(Hypothesis(kind, points, each.effects, each, leaves, small, price))
     best = max(sets, key=lambda each: each.score)

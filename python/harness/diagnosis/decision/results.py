@@ -247,7 +247,12 @@ def ranked_candidates(
                 found.kind,
                 found.why,
                 *(
-                    (hypothesis.left, hypothesis.small, hypothesis.probability, hypothesis.price)
+                    (
+                        hypothesis.left,
+                        hypothesis.small,
+                        hypothesis.probability,
+                        hypothesis.price.total,
+                    )
                     if hypothesis is not None
                     else (None, None, None, None)
                 ),

@@ -11,7 +11,6 @@ from ..model.case import Case
 from ..schema import Calibrated, CannotJudge, Estimate, HowFar, Verdict
 from ..search.candidates import FittedCandidate
 from ..search.intervals import AtBound, values_at_bounds
-from ..search.score import values_differ
 from ..search.search import SearchResult
 from .effect_selection import Selection, chance, in_words, percent
 from .results import caveats
@@ -103,7 +102,7 @@ def decide(
                 f"{100.0 * share:.0f} % of the gap above the noise floor.",
                 what_stays(selection, reduction),
             )
-    by_values = values_differ(selection.posterior.healthy.price)
+    by_values = selection.posterior.healthy.price.differ
     moved = [name for name, value in calibration.items() if value.moved]
     agrees = agrees_as_configured(reduction.nominal, reduction.noise_floor[1])
     verdict: Verdict = "no_gap"

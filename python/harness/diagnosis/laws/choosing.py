@@ -361,7 +361,7 @@ def _evidence(case: Case, calibrated: FittedCandidate, candidate: FittedCandidat
     Its values have their price, against those of the calibrated rig at none.
     """
     gain = EVIDENCE * (_penalised(case, calibrated) - _penalised(case, candidate))
-    gain -= price_of_values(case, candidate, candidate)
+    gain -= price_of_values(case, candidate, candidate).total
     return gain - (0.0 if moves_as_lever(case, candidate) else CAUSE)
 
 

@@ -115,32 +115,56 @@ def share_of_tolerance(case: Case, candidates: Sequence[FittedCandidate]) -> flo
     return min(max(most, LEAST_SHARE), 1.0)
 
 
+@dataclass(frozen=True)
+class Price:
+    """Prior cost of the values with which a set leaves what it leaves, nats."""
+
+    anything: float
+    """Values of the rig are wrong in the rig file, and may be anything."""
+    as_filed: float
+    """They are those of the rig file within their uncertainty."""
+
+    @property
+    def total(self) -> float:
+        """The cost of both ways together."""
+        # total = -ln(exp(-anything) + exp(-as_filed))
+        return -float(np.logaddexp(-self.anything, -self.as_filed))
+
+    @property
+    def differ(self) -> float:
+        """Probability, 0 to 1, that values of the rig differ from the rig file."""
+        return math.exp(self.total - self.anything)
+
+
+NO_PRICE = Price(math.inf, 0.0)
+
+
 def price_of_values(
     case: Case, freely: FittedCandidate, held: FittedCandidate, share: float = 1.0
-) -> float:
-    """Prior cost of the values of the rig with which a set leaves what it leaves, nats.
+) -> Price:
+    """Prices the values of the rig, and what no data sheet gives.
 
-        price = -ln(exp(-VALUES) + exp(-EVIDENCE (left(held) - left(freely)) - prior(held)))
+        anything = VALUES + min(prior(nuisances, freely), VALUES)
+        as_filed = EVIDENCE (left(held) - left(freely)) + prior(held)
 
-    Either the values are those of the rig file within their uncertainty, which the fit `held` keeps
-    to and leaves more; or they are anything, as of the fit `freely`. Where no fit keeps to the rig
-    file, `freely` may take its place: the price is then not too low. Values that no data sheet
-    gives have priors of their own, which count in the same way. share: as of `left`.
+    with prior = 1/2 sum ((x - centre) / sigma)^2. The fit `held` keeps to the rig file and to usual
+    nuisances, and leaves more; `freely` does not. A wrong value in a rig file is no reason for an
+    unusual valve: nuisances cost what their priors take there, too, VALUES at most. Where no fit
+    keeps to the rig file, `freely` may take its place: the price is then not too low. share: as of
+    `left`.
     """
-    parameters = case.parameters(held.effects)
-    deviations = [
-        (x - each.centre) / each.sigma for each, x in zip(parameters, held.x, strict=False)
-    ]
-    # 1/2 sum ((x - centre) / sigma)^2; sigma is infinite without a prior
-    prior = 0.5 * math.fsum(each**2 for each in deviations)
-    more = EVIDENCE * (left(case, held, share=share) - left(case, freely, share=share)) + prior
-    return -float(np.logaddexp(-VALUES, -more))
+    more = EVIDENCE * (left(case, held, share=share) - left(case, freely, share=share))
+    unusual = _prior(case, freely, nuisances_only=True)
+    return Price(VALUES + min(unusual, VALUES), more + _prior(case, held))
 
 
-def values_differ(price: float) -> float:
-    """Probability, 0 to 1, that the values of a set differ from the rig file, from their price."""
-    # exp(-VALUES) / (exp(-VALUES) + exp(-more))
-    return math.exp(price - VALUES)
+def _prior(case: Case, candidate: FittedCandidate, *, nuisances_only: bool = False) -> float:
+    """1/2 sum ((x - centre) / sigma)^2, nats; sigma is infinite without a prior."""
+    return 0.5 * math.fsum(
+        ((x - each.centre) / each.sigma) ** 2
+        for each, x in zip(case.parameters(candidate.effects), candidate.x, strict=False)
+        if ParameterKey(each.name).is_nuisance or not nuisances_only
+    )
 
 
 @dataclass(frozen=True)

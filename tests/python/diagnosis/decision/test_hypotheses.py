@@ -50,7 +50,6 @@ from ehsid.harness.diagnosis.search.score import (
     score,
     score_of,
     share_of_tolerance,
-    values_differ,
 )
 
 POSITION_ONLY = type("PositionOnly", (MadeCase,), {"pressures": False})
@@ -318,7 +317,7 @@ def test_a_law_without_a_name_competes_with_all_others(evidence: float) -> None:
     (law,) = (each for each in after.hypotheses if each.kind == "law")
     # ln of the odds against the rig without effects, whose values cost next to nothing, less the
     # share LAPSE / K of K = 3.
-    evidence += found.healthy.price
+    evidence += found.healthy.price.total
     here, healthy = (p - LAPSE / 3 for p in (law.probability, after.healthy.probability))
     assert healthy == pytest.approx(here * math.exp(-evidence), rel=1e-6, abs=1e-12)
     assert after.outside > law.probability
@@ -350,11 +349,34 @@ def test_values_cost_what_their_priors_and_errors_take_and_no_more_than_other_va
     gain = left(CASE, fits[1]) - left(CASE, fits[0])
     price = price_of_values(CASE, fits[0], moved(fits[1], deviations))
     by_file = math.exp(-EVIDENCE * gain - 0.5 * deviations**2)
-    assert math.exp(-price) == pytest.approx(math.exp(-VALUES) + by_file, rel=1e-9)
-    differ = math.exp(-VALUES) / (math.exp(-VALUES) + by_file)
-    assert values_differ(price) == pytest.approx(differ, rel=1e-9)
+    anything = math.exp(-VALUES)
+    assert math.exp(-price.total) == pytest.approx(anything + by_file, rel=1e-9)
+    assert price.differ == pytest.approx(anything / (anything + by_file), rel=1e-9)
     # How far the values of the free fit are is of no interest.
     assert price_of_values(CASE, moved(fits[0], 4.0), moved(fits[1], deviations)) == price
+
+
+class _Unusual(MadeCase):
+    def parameters(self, effects: Any = ()) -> Any:
+        first, *others = super().parameters(effects)
+        return (replace(first, name="nuisance.edge_gain_direction"), *others)
+
+
+@pytest.mark.parametrize(("deviations", "cost"), [(2.0, 2.0), (3.0, 4.5), (4.0, VALUES)])
+def test_an_unusual_servo_costs_what_its_priors_take_whatever_the_rig_file_says(
+    deviations: float, cost: float
+) -> None:
+    case = cast(Case, cast(Any, _Unusual()))
+    fit = candidate(rms=2.0 * FLOOR)
+    unusual, wrong = moved(fit, deviations), fit.x.copy()
+    wrong[1] = 30.0
+    # As the rig file says, but for the nuisance.
+    price = price_of_values(case, unusual, unusual)
+    assert price.as_filed == pytest.approx(0.5 * deviations**2, rel=1e-12)
+    assert price.anything == pytest.approx(VALUES + cost, rel=1e-12)
+    # A wrong value in the file does not pay for the nuisance.
+    both = replace(unusual, x=np.concatenate([unusual.x[:1], wrong[1:]]))
+    assert price_of_values(case, both, both).total == pytest.approx(VALUES + cost, rel=1e-9)
 
 
 def test_a_set_whose_values_are_those_of_the_rig_file_is_the_more_probable_one() -> None:

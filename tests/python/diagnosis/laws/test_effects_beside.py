@@ -171,7 +171,7 @@ def test_a_mass_that_hardly_changes_is_no_lever(
     # It leaves what the rig leaves, so that there is only what it costs.
     cause = 0.0 if lever else CAUSE
     evidence = choosing._evidence(CASE, made_candidate(rms=1e-5), candidate)
-    of_values = price_of_values(CASE, candidate, candidate)
+    of_values = price_of_values(CASE, candidate, candidate).total
     assert evidence == pytest.approx(-EVIDENCE * price - cause - of_values)
     candidate.x[0] = 100.0  # a value far from the rig file
     evidence = choosing._evidence(CASE, made_candidate(rms=1e-5), candidate)

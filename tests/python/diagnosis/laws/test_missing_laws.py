@@ -148,7 +148,7 @@ def test_a_mild_linkage_is_evidence_where_another_law_as_small_is_none() -> None
     assert [law.law.adds_to for law in found.laws] == ["mass"]
     gain = EVIDENCE * (left(fine, calibrated) - left(fine, found.candidate))
     assert EFFECT < gain < LAW
-    of_values = price_of_values(fine, found.candidate, found.candidate)
+    of_values = price_of_values(fine, found.candidate, found.candidate).total
     assert found.hypotheses == (((), pytest.approx(gain - EFFECT - of_values)),)
 
 
