@@ -359,9 +359,6 @@ void bind_descriptions(py::module_& m) {
           "held", [](const ShownParameter& p) { return p.info.prior.held; },
           "Whether no fit moves it: it defines others, or is measured with a ruler.")
       .def_property_readonly(
-          "by_pressures", [](const ShownParameter& p) { return p.info.prior.by_pressures; },
-          "Whether only measured pressures separate this nuisance from a load force.")
-      .def_property_readonly(
           "fit_ends",
           [](const ShownParameter& p) {
             const plant::Prior& prior = p.info.prior;

@@ -19,8 +19,7 @@ struct Prior {
   /// or in its own unit.
   double sigma = 0.3;
   bool logarithmic = false;
-  bool held = false;          // not moved: it defines others, or is measured with a ruler
-  bool by_pressures = false;  // a nuisance that only measured pressures separate from a load force
+  bool held = false;  // not moved: it defines others, or is measured with a ruler
   /// Bounds where the plausible range is too wide; NaN where it is not.
   double low = std::numeric_limits<double>::quiet_NaN();
   double high = std::numeric_limits<double>::quiet_NaN();

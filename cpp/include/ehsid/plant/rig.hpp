@@ -53,10 +53,6 @@ constexpr Prior held(double sigma) { return {sigma, false, true}; }
 constexpr Prior spread(double sigma) { return {sigma}; }
 /// The same of its logarithm.
 constexpr Prior factor(double sigma) { return {sigma, true}; }
-constexpr Prior by_pressures(Prior prior) {
-  prior.by_pressures = true;
-  return prior;
-}
 constexpr Prior between(double low, double high, Prior prior) {
   prior.low = low;
   prior.high = high;
@@ -165,22 +161,18 @@ inline constexpr std::array<ParameterInfo, static_cast<std::size_t>(Nuisance::co
     {"nuisance.edge_rounding_direction", "1", -1.0, 1.0, 0.0,
      "logarithm of the rounding of the edges that extend, beyond the common one; less of those "
      "that retract",
-     1.0, "rounding extending beyond retracting, logarithm", "",
-     priors::by_pressures(priors::spread(0.3))},
+     1.0, "rounding extending beyond retracting, logarithm", "", priors::spread(0.3)},
     {"nuisance.edge_rounding_sides", "1", -1.0, 1.0, 0.0, "the same of the edges at A; less at B",
-     1.0, "rounding at A beyond that at B, logarithm", "",
-     priors::by_pressures(priors::spread(0.3))},
+     1.0, "rounding at A beyond that at B, logarithm", "", priors::spread(0.3)},
     {"nuisance.edge_rounding_tank", "1", -1.0, 1.0, 0.0,
      "the same of the edges to tank; less from the supply", 1.0,
-     "rounding to tank beyond that from the supply, logarithm", "",
-     priors::by_pressures(priors::spread(0.3))},
+     "rounding to tank beyond that from the supply, logarithm", "", priors::spread(0.3)},
     {"nuisance.edge_closing", "1", 0.0, 1.0, 0.0,
      "0: a closed edge leaks, less the further it is closed; 1: it closes where its rounding ends",
-     1.0, "closing of the metering edges", "", priors::by_pressures(priors::spread(0.5))},
+     1.0, "closing of the metering edges", "", priors::spread(0.5)},
     {"nuisance.edge_overlap", "1", -0.004, 0.004, 0.0,
      "overlap of all edges as delivered; less: they are open at null", 1.0,
-     "overlap of the metering edges as delivered", kRatedCommand,
-     priors::by_pressures(priors::spread(0.002))},
+     "overlap of the metering edges as delivered", kRatedCommand, priors::spread(0.002)},
     {"nuisance.edge_overlap_sides", "1", -0.02, 0.02, 0.0,
      "overlap of both edges at A beyond the common one; less at B", 1.0,
      "overlap at A beyond that at B", kRatedCommand, priors::spread(0.005)},
@@ -189,12 +181,12 @@ inline constexpr std::array<ParameterInfo, static_cast<std::size_t>(Nuisance::co
      "overlap to tank beyond that from the supply", kRatedCommand, priors::spread(0.005)},
     {"nuisance.edge_gain_direction", "1", -0.1, 0.1, 0.0,
      "flow of the edges that extend, relative; less of those that retract", 1.0,
-     "flow extending beyond retracting", "", priors::by_pressures(priors::spread(0.02))},
+     "flow extending beyond retracting", "", priors::spread(0.02)},
     {"nuisance.edge_gain_sides", "1", -0.1, 0.1, 0.0, "the same of the edges at A; less at B", 1.0,
-     "flow at A beyond that at B", "", priors::by_pressures(priors::spread(0.02))},
+     "flow at A beyond that at B", "", priors::spread(0.02)},
     {"nuisance.edge_gain_tank", "1", -0.1, 0.1, 0.0,
      "the same of the edges to tank; less from the supply", 1.0,
-     "flow to tank beyond that from the supply", "", priors::by_pressures(priors::spread(0.02))},
+     "flow to tank beyond that from the supply", "", priors::spread(0.02)},
     {"nuisance.flow_exponent", "1", 0.45, 0.6, 0.5, "flow over pressure drop, turbulent", 1.0,
      "exponent of flow over pressure drop", "", priors::spread(0.02)},
     {"nuisance.laminar_pressure_pa", "Pa", 1e2, 5e5, 2e4,
