@@ -11,6 +11,7 @@ from .parameters import effects as catalogue
 COULOMB = "coulomb_friction"
 # Effects that have a size of its own for each of the two pressure transducers.
 OF_EACH_TRANSDUCER = frozenset({"pressure_sensor_gain", "pressure_sensor_offset"})
+CONTACT = "contact_spring"
 
 
 @cache
@@ -41,7 +42,8 @@ def law_count(effects: Sequence[str]) -> int:
     Stribeck friction is Coulomb friction and its rise towards rest. Both have to earn their name.
     An effect that acts nearly as two others counts as one more than they do: where the records do
     not show the difference, the two have the name, because they are the more common causes. An
-    error of each of two transducers is two errors.
+    error of each of two transducers is two errors. A contact is a spring, and begins somewhere: it
+    counts as a spring over the whole stroke does, which contains a force.
     """
     return sum(_law_count(effect) for effect in effects)
 
@@ -49,7 +51,8 @@ def law_count(effects: Sequence[str]) -> int:
 def _law_count(effect: str) -> int:
     if _two_of(effect):
         return 3
-    return 1 if catalogue()[effect].contains is None and effect not in OF_EACH_TRANSDUCER else 2
+    two = catalogue()[effect].contains is not None or effect in {*OF_EACH_TRANSDUCER, CONTACT}
+    return 2 if two else 1
 
 
 def repeats_a_law(effects: Sequence[str]) -> bool:

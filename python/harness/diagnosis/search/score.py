@@ -23,7 +23,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ...base.numbers import FloatArray
-from ...catalogue.families import law_count
+from ...catalogue.families import CONTACT, law_count
 from ...catalogue.spellings import ParameterKey
 from .. import deciding
 from ..deciding import EVIDENCE, LEAST_SHARE, OCTAVES_WITHIN, VALUES
@@ -34,7 +34,6 @@ from .intervals import margin, matters
 
 Data = Literal["all", "fitted", "held out"]
 
-CONTACT = "contact_spring"
 # A rod that touches something is free for this share of a record at least. Of nine machines of
 # which a contact was thought, it was 0.19 and 0.26 on the two that have one, and 0.03 at most else.
 LEAST_FREE = 0.05
