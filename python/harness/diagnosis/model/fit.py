@@ -134,8 +134,11 @@ class _Point:
 def _try(problem: Problem, x: FloatArray, model: Step, damping: float, tries: int) -> _Point | None:
     """Tries damped steps, each shorter than the last, until the cost decreases.
 
-    The result is None if no step decreases the cost.
+    The result is None if no step decreases the cost. So it is where a simulation diverges: its
+    sensitivities overflow.
     """
+    if not (np.isfinite(model.gradient).all() and np.isfinite(model.hessian).all()):
+        return None
     at_bound = ((x <= problem.low) & (model.gradient > 0.0)) | (
         (x >= problem.high) & (model.gradient < 0.0)
     )

@@ -84,6 +84,21 @@ def test_a_start_outside_the_bounds_is_clipped_and_the_cost_never_rises() -> Non
     assert result.cost <= subject.cost(np.array([-1.0, 1.0]))
 
 
+@pytest.mark.parametrize(("gradient", "hessian"), [(1e143, np.inf), (np.nan, 1.0)])
+def test_no_step_is_taken_where_sensitivities_overflow(gradient: float, hessian: float) -> None:
+    """As those of a simulation that diverges."""
+
+    class Diverging(Quadratic):
+        def form(self, x: np.ndarray, linear: Linear) -> Step:
+            cost = self.cost_of(x, linear.errors)
+            return Step(cost, np.full(2, gradient), np.full((2, 2), hessian))
+
+    subject, start = Diverging(np.eye(2), np.array([10.0, 0.0]), 1.0), np.array([0.5, 0.5])
+    result = fit(cast(Problem, subject), start)
+    np.testing.assert_array_equal(result.x, start)
+    assert (result.cost, result.iterations) == (subject.cost(start), 0)
+
+
 def test_the_limit_of_iterations_holds() -> None:
     subject = Quadratic(np.diag([1.0, 1e3]), np.array([1.0, 1.0]), 5.0)
     result = fit(cast(Problem, subject), np.array([4.0, 4.0]), iterations=1)
