@@ -85,10 +85,16 @@ def test_a_start_outside_the_bounds_is_clipped_and_the_cost_never_rises() -> Non
 
 
 @pytest.mark.parametrize(("gradient", "hessian"), [(1e143, np.inf), (np.nan, 1.0)])
-def test_no_step_is_taken_where_sensitivities_overflow(gradient: float, hessian: float) -> None:
-    """As those of a simulation that diverges."""
+def test_no_step_is_tried_where_sensitivities_overflow(gradient: float, hessian: float) -> None:
+    """As those of a simulation that diverges: LAPACK may call such a matrix singular."""
 
     class Diverging(Quadratic):
+        runs = 0
+
+        def coefficients(self, x: np.ndarray) -> dict[str, np.ndarray]:
+            self.runs += 1
+            return super().coefficients(x)
+
         def form(self, x: np.ndarray, linear: Linear) -> Step:
             cost = self.cost_of(x, linear.errors)
             return Step(cost, np.full(2, gradient), np.full((2, 2), hessian))
@@ -96,7 +102,8 @@ def test_no_step_is_taken_where_sensitivities_overflow(gradient: float, hessian:
     subject, start = Diverging(np.eye(2), np.array([10.0, 0.0]), 1.0), np.array([0.5, 0.5])
     result = fit(cast(Problem, subject), start)
     np.testing.assert_array_equal(result.x, start)
-    assert (result.cost, result.iterations) == (subject.cost(start), 0)
+    assert (result.iterations, subject.runs) == (0, 1)
+    assert result.cost == subject.cost(start)
 
 
 def test_the_limit_of_iterations_holds() -> None:
