@@ -56,7 +56,7 @@ from .search import candidate_effects
 OF_POWER, OF_ALARM = float(norm.isf(0.1)), float(norm.isf(0.01))
 # Steps of the fit at most; the share of the cost that is little for one, and that by which it may
 # be above the promise; and how near to the answer a size is worth a fit, ln.
-FIT_STEPS, LITTLE, AS_PROMISED, WORTH_A_FIT = 8, 0.05, 0.15, 0.7
+FIT_STEPS, LITTLE, AS_PROMISED, WORTH_A_FIT = 12, 0.05, 0.15, 0.7
 # So many steps that gain little end a fit.
 ENOUGH = 2
 # Sizes that are simulated at most, and how near the last two are, ln.
