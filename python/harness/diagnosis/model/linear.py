@@ -129,9 +129,11 @@ class Linear:
     def _product(self, a: FloatArray, b: FloatArray) -> FloatArray:
         """Products a'b of the rows of each band, shape (BANDS, columns of a, columns of b)."""
         product = np.zeros((BANDS, a.shape[1], b.shape[1]))
-        for number, slices in enumerate(self._spectrum.bands):
-            for rows in slices:
-                product[number] += a[rows].T @ b[rows]
+        # The sensitivities of a simulation that diverges overflow. No step is taken then.
+        with np.errstate(over="ignore", invalid="ignore"):
+            for number, slices in enumerate(self._spectrum.bands):
+                for rows in slices:
+                    product[number] += a[rows].T @ b[rows]
         return product
 
     def _times(self, name: str, step: FloatArray) -> FloatArray:
