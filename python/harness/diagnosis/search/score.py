@@ -119,13 +119,13 @@ class Price:
     """Prior cost of the values with which a set leaves what it leaves, nats."""
 
     anything: float
-    """Values of the rig are wrong in the rig file, and may be anything."""
+    """Where values of the rig file are wrong, and may be anything."""
     as_filed: float
-    """They are those of the rig file within their uncertainty."""
+    """Where they are right within their uncertainty."""
 
     @property
     def total(self) -> float:
-        """The cost of both ways together."""
+        """The cost where nobody knows which of the two is so."""
         # total = -ln(exp(-anything) + exp(-as_filed))
         return -float(np.logaddexp(-self.anything, -self.as_filed))
 

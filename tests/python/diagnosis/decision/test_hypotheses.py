@@ -250,6 +250,9 @@ def test_friction_by_direction_is_coulomb_friction_and_a_constant_force() -> Non
 def test_an_error_of_each_of_two_transducers_is_two_errors() -> None:
     assert law_count(["pressure_sensor_gain"]) == law_count(["pressure_sensor_offset"]) == 2
     assert law_count(["pressure_sensor_lag", "sensor_lag"]) == 2
+
+
+def test_a_contact_counts_as_a_spring_over_the_whole_stroke() -> None:
     assert law_count(["contact_spring"]) == law_count(["load_spring"]) == 2
 
 

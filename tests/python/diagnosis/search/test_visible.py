@@ -186,7 +186,7 @@ def test_a_fit_to_a_record_with_the_effect_leaves_as_much(
     expected = gain(used(told, stays(told, effect, sizes)) + other)
     found = gain(used(told, left) + tolerances)
     if effect == FORCE and not ground.case.pressures:
-        # Edges of the valve absorb it: what stays is of noise, and no reason for a name.
+        # Edges of the valve absorb it: what stays is no reason for a name.
         assert max(found, expected) < EFFECT
     else:
         assert found == pytest.approx(expected, rel=0.3)
