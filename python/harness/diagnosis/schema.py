@@ -198,8 +198,9 @@ class Candidate(msgspec.Struct, frozen=True):
     "not_needed"; "too_small", an effect is no larger than in every servo, or has sizes that no
     servo has; "worse", its errors on held-out data are larger; or "screened", only a short fit was
     made. `left` is the mean of ln(errors / tolerated errors), `small` how far its effects fall
-    short of sizes that are beyond doubt, `price` what its values of the rig cost, and `probability`
-    that of just this set; null for a set that the decision did not weigh.
+    short of sizes that are beyond doubt, `price` what its values cost, those of the rig and those
+    that no data sheet gives, and `probability` that of just this set; null for a set that the
+    decision did not weigh.
     """
 
     effects: tuple[str, ...]
