@@ -34,7 +34,7 @@ from .candidates import (
     refine_finely,
 )
 from .score import left, score_of, share_of_tolerance
-from .search import SearchResult
+from .search import USUAL_ROUNDS, SearchResult, usual_sizes, with_usual_sizes
 
 # Sets this far behind the best one are no answer after another fit either, nats: what three
 # effects cost.
@@ -131,11 +131,16 @@ def fitted_to_all(case: Case, found: SearchResult) -> tuple[FittedToAll, ...]:
         return evaluate(fine, effects, Fit(x, fine.problem(effects).cost(x), 0, False))
 
     def fitted(each: FittedCandidate) -> FittedToAll:
-        problem = together.problem(each.effects)
-        freely = fit(problem, each.x, iterations=ITERATIONS_TOGETHER).x
+        problem, x = together.problem(each.effects), each.x
+        for _ in range(1 + USUAL_ROUNDS):
+            freely = at(each.effects, fit(problem, x, iterations=ITERATIONS_TOGETHER).x)
+            usual, x = usual_sizes(together, freely)
+            if usual is together:
+                break
+            problem = usual.problem(each.effects)
         # argmin EVIDENCE left(x) + prior(x)
-        held = fit(problem.with_evidence(EVIDENCE), freely, iterations=ITERATIONS_HELD).x
-        return FittedToAll(at(each.effects, freely), at(each.effects, held))
+        held = fit(problem.with_evidence(EVIDENCE), freely.x, iterations=ITERATIONS_HELD).x
+        return FittedToAll(freely, at(each.effects, held))
 
     return tuple(run_together([partial(fitted, each) for each in _likely(case, found)]))
 
@@ -150,9 +155,8 @@ def fitted_together(case: Case, joint: Case, found: SearchResult) -> SearchResul
     likely = _likely(case, found)
     known = {id(each) for each in likely}
     others = [each for each in found.fitted() if id(each) not in known]
-    calibrated, *refined = run_together(
-        [partial(refine_finely, joint, each.effects, each.x) for each in likely]
-    )
+    fits = run_together([partial(refine_finely, joint, each.effects, each.x) for each in likely])
+    calibrated, *refined = with_usual_sizes(joint, fits)
     refined.sort(key=lambda each: each.held_out_cost)
 
     def as_it_is(each: FittedCandidate) -> FittedCandidate:
@@ -178,7 +182,7 @@ def _again(
     case: Case, found: SearchResult, another: Callable[[FittedCandidate], FittedCandidate]
 ) -> SearchResult:
     likely = _likely(case, found)
-    fits = run_together([partial(another, each) for each in likely])
+    fits = with_usual_sizes(case, run_together([partial(another, each) for each in likely]))
     again = dict(zip(map(id, likely), fits, strict=True))
 
     def newest(each: FittedCandidate) -> FittedCandidate:

@@ -535,26 +535,43 @@ def without_small_effects(
     return list(by_set.values())
 
 
+# A law that is held to a usual size moves its other sizes. So often it is held anew.
+USUAL_ROUNDS = 4
+
+
 def with_usual_sizes(case: Case, candidates: Sequence[FittedCandidate]) -> list[FittedCandidate]:
-    """Fits again the sets in which a law has more of its own than any servo has, with less of it.
+    """Fits sets again in which a law has more of its own than any servo has, with less of it."""
+    found = list(candidates)
+    for _ in range(USUAL_ROUNDS):
+        usual = {place: usual_sizes(case, each) for place, each in enumerate(found)}
+        tasks = {
+            place: partial(refine, held, found[place].effects, x)
+            for place, (held, x) in usual.items()
+            if held is not case
+        }
+        for place, again in zip(tasks, run_together(list(tasks.values())), strict=True):
+            found[place] = again
+    return found
+
+
+def usual_sizes(case: Case, candidate: FittedCandidate) -> tuple[Case, FloatArray]:
+    """Returns the case that holds laws to the sizes that servos have, and the x to start from.
 
     Where a motion does not show how a law ends, such as friction at rest where the rod never rests
     for long, a fit may end at sizes that no servo has, although usual ones explain nearly as much.
+    It is the same case where no law of the candidate is so large.
     """
-    tasks: dict[int, partial[FittedCandidate]] = {}
-    for place, candidate in enumerate(candidates):
-        held: dict[str, float] = {}
-        for effect in candidate.effects:
-            if too_large(effect, candidate.values, case.rig):
-                held |= largest_usual(effect, candidate.values, case.rig)
-        if held:
-            usual = replace(case, held={**case.held, **held})
-            x = candidate.x.copy()
-            for index, parameter in enumerate(usual.parameters(candidate.effects)):
-                x[index] = parameter.place(held.get(parameter.name, parameter.value(x[index])))
-            tasks[place] = partial(refine, usual, candidate.effects, x)
-    fitted = dict(zip(tasks, run_together(list(tasks.values())), strict=True))
-    return [fitted.get(place, each) for place, each in enumerate(candidates)]
+    held: dict[str, float] = {}
+    for effect in candidate.effects:
+        if too_large(effect, candidate.values, case.rig):
+            held |= largest_usual(effect, candidate.values, case.rig)
+    if not held:
+        return case, candidate.x
+    usual = replace(case, held={**case.held, **held})
+    x = candidate.x.copy()
+    for index, parameter in enumerate(usual.parameters(candidate.effects)):
+        x[index] = parameter.place(held.get(parameter.name, parameter.value(x[index])))
+    return usual, x
 
 
 def restrict(case: Case, candidate: FittedCandidate, remaining: Sequence[str]) -> FloatArray:

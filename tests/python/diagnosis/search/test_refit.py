@@ -24,7 +24,9 @@ from ehsid.harness.diagnosis.search.candidates import (
     calibrate,
     decision_case,
     nominal_candidate,
+    refine_finely,
 )
+from ehsid.harness.diagnosis.search.intervals import matters
 from ehsid.harness.diagnosis.search.refit import (
     BEHIND,
     fitted_again,
@@ -79,6 +81,40 @@ def test_limits_of_the_speed_are_looked_for_beside_likely_sets(
     again = with_slower_spools(CASE, found)
     assert again.calibrated is found.calibrated
     assert set(map(id, again.refined)) == {id(limited), id(far)}
+
+
+# Five times as much friction at rest as at speed: no servo has more than three times as much.
+STRIBECK = ("stribeck_friction",)
+UNUSUAL = {
+    "effects.stribeck_friction.coulomb_n": 400.0,
+    "effects.stribeck_friction.static_n": 2000.0,
+    "effects.stribeck_friction.stribeck_velocity_m_s": 0.01,
+}
+
+
+@pytest.mark.slow
+def test_no_fit_of_a_likely_set_ends_beyond_usual_sizes(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The free fit finds the true sizes, which are not usual; no answer may have them."""
+    case = made.case_of({**made.OFF, **UNUSUAL})
+    problem = case.problem(STRIBECK)
+    x = problem.centre()
+    for place, each in enumerate(problem.parameters):
+        x[place] = each.place(UNUSUAL.get(each.name, each.value(x[place])))
+    free = refine_finely(case, STRIBECK, x)
+    assert not matters(*STRIBECK, free.values, case.rig)
+    calibrated = calibrate(case)
+    found = SearchResult(case, nominal_candidate(case), calibrated, (free,), ())
+    monkeypatch.setattr(refit, "_likely", lambda _case, all_of: [calibrated, *all_of.refined])
+    (again,), (divided,) = (
+        found.refined
+        for found in (fitted_again(case, found), fitted_together(case, copy(case), found))
+    )
+    _, of_all = fitted_to_all(case, found)
+    for fitted in (again, divided, of_all.freely, of_all.held):
+        assert fitted.effects == STRIBECK
+        assert matters(*STRIBECK, fitted.values, case.rig)
+        # It still explains more than no friction.
+        assert left(decision_case(case), fitted) < left(decision_case(case), calibrated)
 
 
 SOFT = {"fluid.bulk_modulus_pa": 0.8e9}
