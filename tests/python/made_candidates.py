@@ -58,6 +58,7 @@ class MadeCase:
     all_states = False
     engine = None
     unknown: Mapping[bool, Any] = MappingProxyType({})
+    commands_are_missing = False
     pressures = True
 
     def parameters(self, effects: Sequence[str] = ()) -> tuple[Parameter, ...]:

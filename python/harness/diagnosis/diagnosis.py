@@ -302,7 +302,7 @@ def _diagnose(
 
 def _moving_command(case: Case, calibration: Mapping[str, Calibrated]) -> tuple[Remark, ...]:
     """Says where the controller is faster than the log, and what that costs."""
-    if not case.unlogged and not any(case.unknown.values()):
+    if not case.commands_are_missing:
         return ()
     share = calibration[BETWEEN].found.value
     return (

@@ -77,6 +77,11 @@ class Case:
     """Results of `compare` so far, which the fits of all candidates share."""
 
     @property
+    def commands_are_missing(self) -> bool:
+        """Whether commands of the controller count that nobody logged."""
+        return bool(self.unlogged) or any(self.unknown.values())
+
+    @property
     def records(self) -> tuple[Record, ...]:
         """All records, each of them once."""
         return self.training if self.blocks else (*self.training, *self.held_out)
@@ -183,7 +188,7 @@ class Case:
         as_logged = self.as_logged()
         power = partial(between_samples.unknown_command_power, move=move)
         tolerating = self if self.unlogged else as_logged._tolerating(power, effects, x)
-        if not self.unlogged and not any(tolerating.unknown.values()):
+        if not tolerating.commands_are_missing:
             return self  # the log is fast enough
         whole = replace(as_logged, training=self.records, blocks=False).problem(effects)
         if max(record.full_windows[1] for record in whole.records) > LONGEST:

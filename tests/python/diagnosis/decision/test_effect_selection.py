@@ -8,9 +8,10 @@ of the constants of the probabilities.
 from __future__ import annotations
 
 import math
+from typing import cast
 
 import pytest
-from made_candidates import CASE, FLOOR, candidate, chosen, search_result
+from made_candidates import CASE, FLOOR, MadeCase, candidate, chosen, search_result
 
 from ehsid.harness.catalogue.parameters import effects as catalogue
 from ehsid.harness.diagnosis.deciding import VALUES
@@ -21,6 +22,7 @@ from ehsid.harness.diagnosis.decision.effect_selection import (
 )
 from ehsid.harness.diagnosis.decision.results import selected_effects
 from ehsid.harness.diagnosis.decision.verdict import Decision, decide
+from ehsid.harness.diagnosis.model.case import Case
 from ehsid.harness.diagnosis.schema import Calibrated, Estimate, HowFar, Value
 from ehsid.harness.diagnosis.search.candidates import FittedCandidate
 from ehsid.harness.diagnosis.search.search import SearchResult
@@ -240,6 +242,30 @@ def test_no_gap_is_told_only_near_the_floor_or_where_nothing_makes_it_smaller(
         assert decision.verdict == verdict
         assert told in decision.sentence
         assert "No effect is missing" not in decision.sentence
+
+
+@pytest.mark.parametrize(
+    ("missing", "rms", "told"),
+    [
+        (True, HIDDEN, "Commands that the log does not have can cause most of it."),
+        (False, HIDDEN, "No further effect of the catalogue explains it."),
+        # Of what stays, such commands cannot cause more than half.
+        (True, 1.5 * FLOOR, "The cause is open"),
+    ],
+)
+def test_what_commands_can_cause_that_nobody_logged_is_said(
+    missing: bool, rms: float, told: str
+) -> None:
+    made = MadeCase()
+    made.commands_are_missing = missing
+    result = search_result(candidate(rms=rms))
+    reduction = _reduction(0.17, 0.030, 0.030, 0.005)
+    selection = chosen(result)
+    decision = decide(cast(Case, made), result, selection, reduction, _moved(False), ())
+    stays = "A gap of 3.0 % stays above the noise floor of 0.45 % to 0.50 %."
+    assert stays in decision.sentence
+    assert decision.sentence.split(stays)[1].strip().startswith(told)
+    assert ("Commands" in decision.sentence) == told.startswith("Commands")
 
 
 # Errors, in noise floors, with which nothing, one cause and another are about as probable.
