@@ -35,15 +35,9 @@ from ..search.intervals import (
     size_between_machines,
     values_at_bounds,
 )
+from ..search.model_error import model_error
 from ..search.search import SearchResult
 from .effect_selection import Selection, chance, in_words, percent, standing
-
-# Relative error in the size of an effect, made by a simulator with other metering edges, seals and
-# oil although it reaches the floor: with measured pressures, and with the position alone. On
-# development records of an independent generator, nine intervals in ten held the truth with these
-# values, five in ten without.
-MODEL_ERROR = 0.015
-MODEL_ERROR_POSITION = 0.025
 
 
 def held_out_results(
@@ -132,13 +126,14 @@ def estimates(
     MOVED_FIT of the fit.
     """
     deviations, windows = candidate_deviations(case, candidate)
-    model_error = MODEL_ERROR if case.pressures else MODEL_ERROR_POSITION
     estimated, moved = {}, {}
     parameters = case.parameters(candidate.effects)
     # The parameters of laws come last; they are no values of the rig.
     for parameter, x, deviation in zip(parameters, candidate.x, deviations, strict=False):
+        value = parameter.value(float(x))
+        of_model = model_error(case, candidate.effects, parameter.name, value)
         estimated[parameter.name] = size_between_machines(
-            interval(parameter, float(x), float(deviation), windows, model_error),
+            interval(parameter, float(x), float(deviation), windows, of_model),
             parameter,
             case.pressures,
         )

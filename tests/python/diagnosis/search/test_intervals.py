@@ -11,10 +11,10 @@ import numpy.typing as npt
 import pytest
 import statsmodels.api as sm
 
-from ehsid.harness.diagnosis.decision.results import MODEL_ERROR
 from ehsid.harness.diagnosis.model.parameters import Parameter
 from ehsid.harness.diagnosis.model.problem import Problem, Step
 from ehsid.harness.diagnosis.search.intervals import deviations, in_deviations, interval
+from ehsid.harness.diagnosis.search.model_error import MODEL_ERROR
 
 WINDOWS, SAMPLES = 40, 25
 
@@ -94,9 +94,11 @@ def test_an_interval_holds_its_value_and_stays_inside_the_bounds(logarithmic: bo
 
 def test_an_interval_without_scatter_is_the_error_of_the_model() -> None:
     parameter = Parameter("effects.a.b", True, 0.0, math.inf, -9.0, 9.0)
-    estimate = interval(parameter, 1.0, 0.0, 10**6, MODEL_ERROR)
+    estimate = interval(parameter, 1.0, 0.0, 10**6, MODEL_ERROR[True])
     # 1.645, the 95 % point of the normal distribution.
-    assert math.log(estimate.high / estimate.value) == pytest.approx(1.6449 * MODEL_ERROR, rel=1e-3)
+    assert math.log(estimate.high / estimate.value) == pytest.approx(
+        1.6449 * MODEL_ERROR[True], rel=1e-3
+    )
 
 
 def test_moves_count_in_deviations_of_prior_and_fit() -> None:
