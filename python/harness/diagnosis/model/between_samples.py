@@ -25,11 +25,14 @@ than the true one looks alike: on 26 generated machines with two commands for ea
 0.02 to 1, on 150 with one it was below 0.1 on all but 9. So the mean course is that of b = 1/2
 then, or of the b that was found, if that is more than SEVERAL: one more command is sent in the
 middle.
+
+One record may have its command held, such as a binary sequence or steps whose changes fall on the
+samples, and another one a command that moves. So each record is asked by itself.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from functools import partial
 
 import numpy as np
@@ -38,6 +41,7 @@ import ehsid
 
 from ...base.numbers import FloatArray
 from ...catalogue.parameters import plant_parameters
+from ...records import Record
 from ...signals.simulation.run import OUTPUTS
 from .comparison import Compared
 from .parameters import Parameter
@@ -73,22 +77,24 @@ def course(record: Compared, move: float) -> FloatArray:
     return np.asarray(command + move * np.diff(command, append=command[-1]), dtype=np.float64)
 
 
-def unknown_command_power(problem: Problem, x: FloatArray, move: float) -> Mapping[str, FloatArray]:
+def unknown_command_power(
+    problem: Problem, x: FloatArray, move: float, held: Collection[Record] = ()
+) -> Mapping[str, FloatArray]:
     """Power by output and octave, (BANDS,) each, of commands that nobody logged; empty if none.
 
-    problem, x: a fit. move: that of the mean course, see `mean_move_of`.
+    problem, x: a fit. move: that of the mean course, see `mean_move_of`. held: records in which the
+    command is held between the samples.
     """
-    courses = [course(record, move) for record in problem.records]
+    unknown_in = [_unknown_in(record, move, held) for record in problem.records]
     rng = np.random.default_rng(SEED)
     powers: dict[str, list[FloatArray]] = {name: [] for name in problem.outputs}
     means = [
         _outputs(problem, record, x, between)
-        for record, between in zip(problem.records, courses, strict=True)
+        for record, (between, _) in zip(problem.records, unknown_in, strict=True)
     ]
     for _ in range(RUNS):
         runs = []
-        for record, between in zip(problem.records, courses, strict=True):
-            deviation = unknown_commands(record)
+        for record, (between, deviation) in zip(problem.records, unknown_in, strict=True):
             signs = rng.choice([-1.0, 1.0], deviation.size)
             runs.append(_outputs(problem, record, x, between + signs * deviation))
         difference = problem.transformed(
@@ -108,10 +114,12 @@ def unknown_command_power(problem: Problem, x: FloatArray, move: float) -> Mappi
     return unknown
 
 
-def whitenings(problem: Problem, x: FloatArray, move: float) -> tuple[Whitening, ...]:
+def whitenings(
+    problem: Problem, x: FloatArray, move: float, held: Collection[Record] = ()
+) -> tuple[Whitening, ...]:
     """The whitening of each record of a problem.
 
-    problem, x: a fit to all windows of the records. move: as of `unknown_command_power`.
+    problem, x: a fit to all windows of the records. move, held: as of `unknown_command_power`.
     """
     columns = _columns(problem)
 
@@ -132,12 +140,23 @@ def whitenings(problem: Problem, x: FloatArray, move: float) -> tuple[Whitening,
         whitening_of(
             record,
             between,
-            WIDER * unknown_commands(record),
+            WIDER * deviation,
             partial(changed, record, between),
             tolerated,
         )
-        for record, between in ((each, course(each, move)) for each in problem.records)
+        for record, (between, deviation) in (
+            (each, _unknown_in(each, move, held)) for each in problem.records
+        )
     )
+
+
+def _unknown_in(
+    record: Compared, move: float, held: Collection[Record]
+) -> tuple[FloatArray, FloatArray]:
+    """Mean course between the samples, and deviations from it, V, (N,) each."""
+    if record.record in held:
+        return course(record, 0.0), np.zeros(len(record.record))
+    return course(record, move), unknown_commands(record)
 
 
 def unknown_commands(record: Compared) -> FloatArray:

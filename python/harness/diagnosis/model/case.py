@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 
@@ -165,7 +165,11 @@ class Case:
         return replace(self, unlogged={}, unknown={}, held=held)
 
     def with_unlogged_commands(
-        self, effects: Sequence[str], x: FloatArray, move: float | None = None
+        self,
+        effects: Sequence[str],
+        x: FloatArray,
+        move: float | None = None,
+        held: Collection[Record] | None = None,
     ) -> Case:
         """The case with what the records do not tell of the command between their samples.
 
@@ -178,6 +182,8 @@ class Case:
             the set that leaves least, and its fit.
         move
             of the mean course, 0 to 1; None: as the fit tells, and the same case where it is none.
+        held
+            records in which the command is held; None: as in this case.
         """
         if self.engine is not None:
             return self
@@ -186,14 +192,16 @@ class Case:
         if move is None:
             return self
         as_logged = self.as_logged()
-        power = partial(between_samples.unknown_command_power, move=move)
+        if held is None:
+            held = [record for record, each in self.unlogged.items() if not each.moves]
+        power = partial(between_samples.unknown_command_power, move=move, held=held)
         tolerating = self if self.unlogged else as_logged._tolerating(power, effects, x)
         if not tolerating.commands_are_missing:
             return self  # the log is fast enough
         whole = replace(as_logged, training=self.records, blocks=False).problem(effects)
         if max(record.full_windows[1] for record in whole.records) > LONGEST:
             return tolerating
-        whitenings = between_samples.whitenings(whole, x, move)
+        whitenings = between_samples.whitenings(whole, x, move, held)
         return replace(
             as_logged,
             unlogged=dict(zip(self.records, whitenings, strict=True)),

@@ -56,6 +56,8 @@ class Whitening:
     """(1 + q^2)^(-1/2) - 1, shape (W, n); 0 where a window has fewer directions."""
     scales: Mapping[str, FloatArray]
     """V^(1/2) by output, shape (K,) for the K coefficients of a window."""
+    moves: bool = True
+    """Whether the command moves between the samples; else `between` is as logged, and n is 0."""
 
     @property
     def widening(self) -> tuple[float, int]:
@@ -76,6 +78,7 @@ class Whitening:
             self.directions[places],
             self.less[places],
             self.scales,
+            self.moves,
         )
 
     def applied(self, blocks: Mapping[str, FloatArray]) -> dict[str, FloatArray]:
@@ -147,7 +150,8 @@ def whitening_of(
     between
         see `Whitening`.
     deviation
-        s_k of the command between each sample and the next one, V, shape (N,).
+        s_k of the command between each sample and the next one, V, shape (N,); 0 everywhere where
+        the command is held.
     changed
         half the difference of the coefficients (R,) by output, for commands that differ from the
         mean course by a signal of shape (N,), and by its opposite.
@@ -161,6 +165,11 @@ def whitening_of(
         name: np.sqrt(spectrum.in_windows(spectrum.spread(by_band))[0][0])
         for name, by_band in tolerated.items()
     }
+    if not deviation.any():
+        rows = sum(scale.size for scale in scales.values())
+        return Whitening(
+            between, numbers, np.zeros((windows, rows, 0)), np.zeros((windows, 0)), scales, False
+        )
     groups = _groups(record, deviation)
     responses = run_threads(
         [

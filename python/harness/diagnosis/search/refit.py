@@ -13,12 +13,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 
+import numpy as np
+
 from ...base.numbers import FloatArray
 from ...base.parallel import run_together
+from ...records import Record
 from ..deciding import EFFECT, EVIDENCE
 from ..model.between_samples import mean_move_of
 from ..model.case import Case
@@ -82,23 +85,72 @@ def contradicted(found: SearchResult) -> Case | None:
     then that it pays for the directions in which they count for less,
 
         left(whitened) + 1/2 ln det(I + Z Z') / N < left(held)
+
+    Of several records, each is asked so by itself: a binary sequence may be held, and a sum of
+    sines not.
     """
     case, ahead = found.case, _ahead(found)
+    effects = ahead.effects
     if case.unlogged:
         as_logged = case.as_logged()
-        held = refine_finely(as_logged, ahead.effects, ahead.x)
-        moves = mean_move_of(as_logged.parameters(ahead.effects), held.x) is not None
-        if moves or _with_widening(case, ahead) < left(as_logged, held):
-            return None
-        return replace(as_logged, held={**as_logged.held, BETWEEN: 0.0})
-    moving = case.with_unlogged_commands(ahead.effects, ahead.x)
+        held = refine_finely(as_logged, effects, ahead.x)
+        moves = mean_move_of(as_logged.parameters(effects), held.x) is not None
+        if not moves and left(as_logged, held) <= _with_widening(case, ahead):
+            return replace(as_logged, held={**as_logged.held, BETWEEN: 0.0})
+        return _mixed(case, effects, (ahead.x, held.x))
+    moving, x = case.with_unlogged_commands(effects, ahead.x), ahead.x
     if moving is case and case.engine is None and left(case, ahead) > EXPLAINED:
-        possible = case.with_unlogged_commands(ahead.effects, ahead.x, move=0.5)
+        possible = case.with_unlogged_commands(effects, ahead.x, move=0.5)
         if possible.unlogged:
-            again = refine(possible, ahead.effects, ahead.x)
+            again = refine(possible, effects, ahead.x)
+            mixed = _mixed(possible, effects, (ahead.x, again.x))
+            if mixed is not None:
+                return mixed
             if _with_widening(possible, again) < left(case, ahead):
-                moving = possible.with_unlogged_commands(again.effects, again.x)
-    return moving if moving.unlogged else None
+                moving, x = possible.with_unlogged_commands(effects, again.x), again.x
+    return (_mixed(moving, effects, (ahead.x, x)) or moving) if moving.unlogged else None
+
+
+def _mixed(moving: Case, effects: tuple[str, ...], fits: Sequence[FloatArray]) -> Case | None:
+    """The case whose command is held in some records and moves in others; None if in all alike.
+
+    It is None as well where this is what the given case has.
+
+    moving: the case with commands that move. fits: x of fits to both, with the effects.
+    """
+    held = [
+        record
+        for record in moving.records
+        if min(_left_in(moving.as_logged(), record, effects, x) for x in fits)
+        < min(_left_in(moving, record, effects, x) for x in fits)
+    ]
+    before = [record for record, each in moving.unlogged.items() if not each.moves]
+    if len(held) in (0, len(moving.records)) or held == before:
+        return None
+    begun = moving.with_unlogged_commands(effects, fits[0], moving.held[BETWEEN], held)
+    again = refine(begun, effects, fits[0])
+    return begun.with_unlogged_commands(effects, again.x)
+
+
+def _left_in(case: Case, record: Record, effects: tuple[str, ...], x: FloatArray) -> float:
+    """What a fit leaves in one record, with what the whitening takes from the likelihood.
+
+    Where the case has no whitening, the command is held: its move in the fit does not count.
+    """
+    whitening = case.unlogged.get(record)
+    alone = replace(
+        decision_case(case),
+        training=(record,),
+        held_out=(record,),
+        blocks=False,
+        unknown={},
+        unlogged={} if whitening is None else {record: whitening},
+    )
+    if whitening is None:
+        moves = [each.name == BETWEEN for each in alone.parameters(effects)]
+        x = np.where(moves, 0.0, x)
+    nats, count = (0.0, 1) if whitening is None else whitening.widening
+    return left(alone, evaluate(alone, effects, Fit(x, 0.0, 0, False)), "fitted") + nats / count
 
 
 def _with_widening(case: Case, candidate: FittedCandidate) -> float:
