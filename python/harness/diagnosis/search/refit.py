@@ -87,7 +87,8 @@ def contradicted(found: SearchResult) -> Case | None:
         left(whitened) + 1/2 ln det(I + Z Z') / N < left(held)
 
     Of several records, each is asked so by itself: a binary sequence may be held, and a sum of
-    sines not.
+    sines not. There the mean course tells the move, if it alone leaves less than a command that is
+    held.
     """
     case, ahead = found.case, _ahead(found)
     effects = ahead.effects
@@ -118,24 +119,30 @@ def _mixed(moving: Case, effects: tuple[str, ...], fits: Sequence[FloatArray]) -
 
     moving: the case with commands that move. fits: x of fits to both, with the effects.
     """
-    held = [
-        record
-        for record in moving.records
-        if min(_left_in(moving.as_logged(), record, effects, x) for x in fits)
-        < min(_left_in(moving, record, effects, x) for x in fits)
-    ]
+    move, as_logged = moving.held[BETWEEN], moving.as_logged()
+
+    def is_held(record: Record) -> bool:
+        by_mean, by_single, without = (
+            min(_left_in(case, record, effects, x, b) for x in fits)
+            for case, b in ((as_logged, move), (moving, move), (as_logged, 0.0))
+        )
+        return without < min(by_mean, by_single)
+
+    held = [record for record in moving.records if is_held(record)]
     before = [record for record, each in moving.unlogged.items() if not each.moves]
     if len(held) in (0, len(moving.records)) or held == before:
         return None
-    begun = moving.with_unlogged_commands(effects, fits[0], moving.held[BETWEEN], held)
+    begun = moving.with_unlogged_commands(effects, fits[0], move, held)
     again = refine(begun, effects, fits[0])
     return begun.with_unlogged_commands(effects, again.x)
 
 
-def _left_in(case: Case, record: Record, effects: tuple[str, ...], x: FloatArray) -> float:
+def _left_in(
+    case: Case, record: Record, effects: tuple[str, ...], x: FloatArray, move: float
+) -> float:
     """What a fit leaves in one record, with what the whitening takes from the likelihood.
 
-    Where the case has no whitening, the command is held: its move in the fit does not count.
+    move: that of the command between the samples, whatever it is in the fit; 0: it is held.
     """
     whitening = case.unlogged.get(record)
     alone = replace(
@@ -146,9 +153,7 @@ def _left_in(case: Case, record: Record, effects: tuple[str, ...], x: FloatArray
         unknown={},
         unlogged={} if whitening is None else {record: whitening},
     )
-    if whitening is None:
-        moves = [each.name == BETWEEN for each in alone.parameters(effects)]
-        x = np.where(moves, 0.0, x)
+    x = np.where([each.name == BETWEEN for each in alone.parameters(effects)], move, x)
     nats, count = (0.0, 1) if whitening is None else whitening.widening
     return left(alone, evaluate(alone, effects, Fit(x, 0.0, 0, False)), "fitted") + nats / count
 

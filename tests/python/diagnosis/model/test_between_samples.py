@@ -193,6 +193,36 @@ def test_commands_that_are_held_are_held_whatever_the_search_began_with(
     assert anew.with_unlogged_commands((), calibrate(anew).x) is anew
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize("fitted", ["held", "moving"])
+def test_each_record_tells_whether_its_command_is_held(fitted: str) -> None:
+    """Such as a binary sequence that changes at samples only, and a sum of sines."""
+    by_kind = {"held": logged(1, every=1), "moving": logged(2, every=2)}
+    held_out = "moving" if fitted == "held" else "held"
+    case = make_case(made.RIG, [by_kind[fitted]], [by_kind[held_out]])
+    candidate = calibrate(case)
+    # As a search begins: the fitted record tells of both.
+    begun = case.with_unlogged_commands((), candidate.x)
+    assert bool(begun.unlogged) == (fitted == "moving")
+    anew = refit.contradicted(alone(begun, calibrate(begun)))
+    assert anew is not None
+    assert {record: each.moves for record, each in anew.unlogged.items()} == {
+        by_kind["held"]: False,
+        by_kind["moving"]: True,
+    }
+    again = calibrate(anew)
+    assert left(anew, again) < 0.25 < 0.5 * left(begun, calibrate(begun))
+    # Of the record whose command is held, all errors count, and no others are tolerated.
+    assert anew.unlogged[by_kind["held"]].widening[0] == 0.0
+    assert not anew.unknown[fitted == "moving"]
+    # It is the same where what such commands can do is asked again.
+    asked = anew.with_unlogged_commands((), again.x)
+    assert [each.moves for each in asked.unlogged.values()] == [
+        each.moves for each in anew.unlogged.values()
+    ]
+    assert refit.contradicted(alone(anew, again)) is None
+
+
 @pytest.mark.parametrize("kind", ["smooth", "random walk", "random"])
 def test_deviations_are_those_of_the_commands_that_were_left_out(kind: str) -> None:
     """Against commands of twice the rate, of which every second one is logged."""
