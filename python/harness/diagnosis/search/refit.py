@@ -44,6 +44,8 @@ from .search import USUAL_ROUNDS, SearchResult, usual_sizes, with_usual_sizes
 BEHIND = 3.0 * EFFECT
 # A set that leaves no more, ln, explains the records without commands that nobody logged.
 EXPLAINED = 0.5
+# Where the command moves in other records, it is held in one where that leaves so much less, ln.
+CLEARLY = 0.1
 # Steps of a fit to all data, which starts from that to a part of them, and of the next one, whose
 # priors pull harder.
 ITERATIONS_TOGETHER, ITERATIONS_HELD = 6, 10
@@ -126,7 +128,7 @@ def _mixed(moving: Case, effects: tuple[str, ...], fits: Sequence[FloatArray]) -
             min(_left_in(case, record, effects, x, b) for x in fits)
             for case, b in ((as_logged, move), (moving, move), (as_logged, 0.0))
         )
-        return without < min(by_mean, by_single)
+        return without < min(by_mean, by_single) - CLEARLY
 
     held = [record for record in moving.records if is_held(record)]
     before = [record for record, each in moving.unlogged.items() if not each.moves]
