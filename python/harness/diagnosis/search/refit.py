@@ -198,8 +198,10 @@ def fitted_to_all(case: Case, found: SearchResult) -> tuple[FittedToAll, ...]:
                 break
             problem = usual.problem(each.effects)
         # argmin EVIDENCE left(x) + prior(x)
-        held = fit(problem.with_evidence(EVIDENCE), freely.x, iterations=ITERATIONS_HELD).x
-        return FittedToAll(freely, at(each.effects, held))
+        x = fit(problem.with_evidence(EVIDENCE), freely.x, iterations=ITERATIONS_HELD).x
+        held = at(each.effects, x)
+        # Where the first fit stopped early, as beside a limit cycle, the second one is better.
+        return FittedToAll(min(freely, held, key=lambda one: left(fine, one)), held)
 
     return tuple(run_together([partial(fitted, each) for each in _likely(case, found)]))
 

@@ -13,10 +13,12 @@ import numpy as np
 import pytest
 from made_candidates import CASE, FLOOR, candidate, search_result
 
+from ehsid.harness.base.numbers import FloatArray
 from ehsid.harness.diagnosis import diagnose, diagnosis
 from ehsid.harness.diagnosis.deciding import EVIDENCE
 from ehsid.harness.diagnosis.model.case import Case, make_case
 from ehsid.harness.diagnosis.model.fit import Fit
+from ehsid.harness.diagnosis.model.problem import Problem
 from ehsid.harness.diagnosis.options import DiagnosisOptions
 from ehsid.harness.diagnosis.search import refit
 from ehsid.harness.diagnosis.search.candidates import (
@@ -179,6 +181,34 @@ def test_values_are_held_as_their_priors_and_the_evidence_say() -> None:
             x[place] += sign * 0.5 * one.sigma
             if one.low <= x[place] <= one.high:
                 assert least < price(x), one.name
+
+
+@pytest.mark.slow
+def test_a_fit_that_stopped_early_gives_way_to_a_better_one(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    case = made.case_of(made.OFF)
+    calibrated = calibrate(case)
+    found = SearchResult(case, nominal_candidate(case), calibrated, (), ())
+    stopped = calibrated.x.copy()
+    place = [each.name for each in case.parameters()].index("fluid.bulk_modulus_pa")
+    stopped[place] += 0.3
+    fit = refit.fit
+
+    def at_first_none(problem: Problem, x: FloatArray, *, iterations: int) -> Fit:
+        if iterations == refit.ITERATIONS_TOGETHER:
+            return Fit(stopped, problem.cost(stopped), 0, False)
+        return fit(problem, x, iterations=iterations)
+
+    monkeypatch.setattr(refit, "fit", at_first_none)
+    (both,) = fitted_to_all(case, found)
+    fine = decision_case(case)
+    assert both.freely is both.held
+    assert both.held.x[place] < stopped[place] - 0.1
+    # Else the fit that the data move as far as they like is the one that leaves less.
+    monkeypatch.undo()
+    (whole,) = fitted_to_all(case, found)
+    assert left(fine, whole.freely) < left(fine, whole.held)
 
 
 @pytest.mark.slow
