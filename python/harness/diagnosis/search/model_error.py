@@ -33,8 +33,8 @@ from ..model.scale import machine_scale
 MODEL_ERROR = {True: 0.015, False: 0.025}
 # The same of values that stand for more than one thing: the bulk modulus also for gas in the oil
 # and for hoses, the lag of a configured valve also for the limit of its speed and the friction of
-# its spool. Set on 60 generated machines (seed 74025), of which six intervals in ten held the truth
-# without.
+# its spool. Set on 45 generated machines (seed 74025), of which two intervals in three held the
+# truth without.
 OF_VALUE = {
     "fluid.bulk_modulus_pa": {True: 0.03, False: 0.05},
     "effects.valve_lag.bandwidth_hz": {True: 0.12, False: 0.12},
