@@ -17,7 +17,7 @@ from ...base.numbers import FloatArray
 from ...base.parallel import run_together
 from ...catalogue.parameters import effects as catalogue
 from ...catalogue.spellings import ParameterKey, effect_values, sizes_of
-from ...rigs.rig import MOST_SIGMAS, TableLaw
+from ...rigs.rig import TableLaw
 from ..model.case import Case
 from ..model.fit import BEHIND_NATS, ITERATIONS, Fit, best_of, descent, fit
 from ..model.linear import Linear
@@ -26,6 +26,7 @@ from ..model.problem import Problem
 from ..model.scale import effect_starts, machine_scale, scan_starts
 from .gap_reduction import WindowSums, window_sums
 from .spool import SLEW, UNLIMITED_1_S, with_limit_of, with_slower_spool
+from .stiffness import stiffness_starts
 
 # Window lengths of the first fits from a cold start; all measured states are reset at the start of
 # each window. Within a window, a limit cycle of 10 to 80 Hz must not slip by half a period, or the
@@ -34,11 +35,6 @@ COLD_WINDOWS_S = (0.03, 0.1, 0.25)
 # A window with fewer samples shows little but its own start. At a slow sampling only the long
 # windows are left, or none: a limit cycle that would slip cannot be seen there.
 LEAST_COLD_SAMPLES = 6
-# Where the sampling is too slow for such windows, the stiffness of the oil is tried in this many
-# steps over its whole range, and fits start from the best few. With a standard deviation of 30 %,
-# neighbouring steps differ by 4 % in the frequency of the oil spring.
-STIFFNESS_STEPS = 33
-STIFFNESS_STARTS = 3
 # Integration steps per sample where candidates are compared. With four, the phase of an oil spring
 # of 70 Hz stays within 6 degrees over a window.
 DECISION_SUBSTEPS = 4
@@ -47,8 +43,6 @@ DECISION_SUBSTEPS = 4
 ITERATIONS_COLD = 6
 ITERATIONS_SCREEN = 4
 ITERATIONS_FINE = 4
-
-STIFFNESS = "fluid.bulk_modulus_pa"
 
 # Of all starts of a short fit, so many go on after the first step. In 217 short fits of six
 # development records the best start was behind these after one step twice, and then at the end by
@@ -152,11 +146,9 @@ def calibrate(case: Case, starts: Sequence[FloatArray] = ()) -> FittedCandidate:
     problem = case.problem()
     if case.engine is not None:  # its state cannot be set in short windows
         return refine(case, (), problem.centre())
-    dt_s = max(record.dt_s or 0.0 for record in case.records)
-    windows_s = [window_s for window_s in COLD_WINDOWS_S if window_s >= LEAST_COLD_SAMPLES * dt_s]
-    slow = _stiffness_starts(problem) if len(windows_s) < len(COLD_WINDOWS_S) else []
+    slow = stiffness_starts(problem, problem.centre()) if _is_slow(case) else []
     fits = [
-        partial(_fit_in_short_windows_first, case, windows_s),
+        partial(_fit_in_short_windows_first, case, _cold_windows_s(case)),
         *(
             partial(fit, problem, start, iterations=ITERATIONS)
             for start in (problem.centre(), *slow, *starts)
@@ -168,6 +160,17 @@ def calibrate(case: Case, starts: Sequence[FloatArray] = ()) -> FittedCandidate:
     )
 
 
+def _cold_windows_s(case: Case) -> list[float]:
+    """Lengths of the windows of the first fits that the sampling allows, s."""
+    dt_s = max(record.dt_s or 0.0 for record in case.records)
+    return [window_s for window_s in COLD_WINDOWS_S if window_s >= LEAST_COLD_SAMPLES * dt_s]
+
+
+def _is_slow(case: Case) -> bool:
+    """Whether the sampling may not follow the oil spring."""
+    return case.engine is None and len(_cold_windows_s(case)) < len(COLD_WINDOWS_S)
+
+
 def _fit_in_short_windows_first(case: Case, windows_s: Sequence[float]) -> Fit:
     """Fits the calibration from the priors in ever longer windows, then in those of the case."""
     problem = case.problem()
@@ -176,29 +179,6 @@ def _fit_in_short_windows_first(case: Case, windows_s: Sequence[float]) -> Fit:
         short_problem = case.problem(window_s=window_s, all_states=True, white=True)
         x = fit(short_problem, x, iterations=ITERATIONS_COLD).x
     return fit(problem, x, iterations=ITERATIONS)
-
-
-def _stiffness_starts(problem: Problem) -> list[FloatArray]:
-    """Starts with several stiffnesses of the oil, best first, for slowly sampled records.
-
-    Where the sampling does not follow the oil spring, there are no short windows in which its phase
-    could be followed, and the cost has a minimum at each of many frequencies.
-    """
-    names = [parameter.name for parameter in problem.parameters]
-    if STIFFNESS not in names:
-        return []
-    index = names.index(STIFFNESS)
-    parameter = problem.parameters[index]
-    trials = []
-    for step in np.linspace(-MOST_SIGMAS, MOST_SIGMAS, STIFFNESS_STEPS):
-        trial = problem.centre()
-        place = parameter.centre + step * parameter.sigma
-        trial[index] = min(max(place, parameter.low), parameter.high)
-        trials.append(trial)
-    costs = np.array([problem.cost(trial) for trial in trials])
-    padded = np.pad(costs, 1, constant_values=np.inf)
-    minima = np.flatnonzero((costs <= padded[:-2]) & (costs <= padded[2:]))
-    return [trials[k] for k in sorted(minima, key=lambda k: float(costs[k]))][:STIFFNESS_STARTS]
 
 
 @dataclass(frozen=True, eq=False)
@@ -300,6 +280,23 @@ def refine_finely(case: Case, effects: tuple[str, ...], start: FloatArray) -> Fi
     """Makes a fit with the integration steps of the decision only; its cost only falls."""
     fine = decision_case(case)
     return evaluate(fine, effects, fit(fine.problem(effects), start, iterations=ITERATIONS))
+
+
+def again_with_other_stiffness(case: Case, candidate: FittedCandidate) -> FittedCandidate:
+    """Fits a candidate from other stiffnesses of the oil, where the sampling is slow.
+
+    The fit that it started from may have settled on a wrong one, because its effects were missing
+    there. Returns it as it is where no other one is better.
+    """
+    if not _is_slow(case):
+        return candidate
+    problem, effects = case.problem(candidate.effects), candidate.effects
+    starts = stiffness_starts(problem, candidate.x)
+    fits = [fit(problem, start, iterations=ITERATIONS) for start in starts]
+    if not fits or _best(fits).cost > problem.cost(candidate.x) - BEHIND_NATS:
+        return candidate
+    other = refine(case, effects, _best(fits).x)
+    return other if other.cost < candidate.cost else candidate
 
 
 def again_with_slower_spool(case: Case, candidate: FittedCandidate) -> FittedCandidate:

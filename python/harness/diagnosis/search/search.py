@@ -28,6 +28,7 @@ from ..result import Stage
 from .candidates import (
     FitStart,
     FittedCandidate,
+    again_with_other_stiffness,
     again_with_slower_spool,
     calibrate,
     decision_case,
@@ -153,6 +154,8 @@ def search(
     singles = _by_held_out_cost(calibrated, *screened)
     look("at length", nominal, calibrated, singles, tasks=len(promising))
     single_effects = _refine_all(case, promising, part_of(progress, 0.0, 0.5))
+    stiffer = [partial(again_with_other_stiffness, case, each) for each in single_effects]
+    single_effects = sorted(run_together(stiffer), key=partial(left, case))
     limited = [partial(again_with_slower_spool, case, each) for each in single_effects[:BEAM]]
     single_effects[:BEAM] = run_together(limited)
     # The calibration alone gets the same chance: it starts again from the values of the rig that
