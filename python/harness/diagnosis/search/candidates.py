@@ -155,9 +155,8 @@ def calibrate(case: Case, starts: Sequence[FloatArray] = ()) -> FittedCandidate:
         ),
     ]
     best = _best(run_together(fits))
-    return refine(
-        case, (), with_slower_spool(problem, case.problem(held_out=True), best, ITERATIONS).x
-    )
+    limited = with_slower_spool(problem, case.problem(held_out=True), best, ITERATIONS)
+    return again_with_other_stiffness(case, refine(case, (), limited.x))
 
 
 def _cold_windows_s(case: Case) -> list[float]:
@@ -286,17 +285,25 @@ def again_with_other_stiffness(case: Case, candidate: FittedCandidate) -> Fitted
     """Fits a candidate from other stiffnesses of the oil, where the sampling is slow.
 
     The fit that it started from may have settled on a wrong one, because its effects were missing
-    there. Returns it as it is where no other one is better.
+    there. The starts have the values that were found, or those of the rig file, and the sizes that
+    were found. Returns the candidate as it is where no other stiffness is better.
     """
     if not _is_slow(case):
         return candidate
     problem, effects = case.problem(candidate.effects), candidate.effects
-    starts = stiffness_starts(problem, candidate.x)
-    fits = [fit(problem, start, iterations=ITERATIONS) for start in starts]
-    if not fits or _best(fits).cost > problem.cost(candidate.x) - BEHIND_NATS:
-        return candidate
-    other = refine(case, effects, _best(fits).x)
-    return other if other.cost < candidate.cost else candidate
+    while True:
+        rig_size = case.problem().low.size
+        filed = np.append(problem.centre()[:rig_size], candidate.x[rig_size:])
+        starts = [
+            start for about in (candidate.x, filed) for start in stiffness_starts(problem, about)
+        ]
+        fits = [fit(problem, start, iterations=ITERATIONS) for start in starts]
+        if not fits or _best(fits).cost > problem.cost(candidate.x) - BEHIND_NATS:
+            return candidate
+        other = refine(case, effects, _best(fits).x)
+        if other.cost > candidate.cost - BEHIND_NATS:
+            return candidate
+        candidate = other
 
 
 def again_with_slower_spool(case: Case, candidate: FittedCandidate) -> FittedCandidate:
