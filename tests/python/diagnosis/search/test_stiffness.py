@@ -116,7 +116,7 @@ def test_a_search_finds_the_force_and_the_stiffness(slow: Case) -> None:
     (best,) = (each for each in found.refined if each.effects == FORCE)
     assert best.values[STIFFNESS] == pytest.approx(TRUE[STIFFNESS], rel=0.03)
     force = "effects.load_force.force_n"
-    assert best.values[force] == pytest.approx(TRUE[force], rel=0.1)
+    assert best.values[force] == pytest.approx(TRUE[force], rel=0.2)
 
 
 def test_where_the_sampling_follows_the_oil_spring_nothing_is_tried() -> None:
