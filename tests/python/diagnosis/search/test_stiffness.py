@@ -12,6 +12,7 @@ import pytest
 from ehsid.harness.diagnosis.model.case import Case, make_case
 from ehsid.harness.diagnosis.model.fit import BEHIND_NATS
 from ehsid.harness.diagnosis.search import candidates
+from ehsid.harness.diagnosis.search import search as searching
 from ehsid.harness.diagnosis.search.candidates import (
     FittedCandidate,
     again_with_other_stiffness,
@@ -19,7 +20,6 @@ from ehsid.harness.diagnosis.search.candidates import (
     nominal_candidate,
     refine,
 )
-from ehsid.harness.diagnosis.search.search import search
 from ehsid.harness.diagnosis.search.stiffness import STARTS, STIFFNESS, stiffness_starts
 from ehsid.harness.records import Record, make_record
 from ehsid.harness.signals.excitation import multisine
@@ -111,8 +111,18 @@ def test_the_values_of_the_rig_leave_a_wrong_stiffness_too(
 
 
 @pytest.mark.slow
-def test_a_search_finds_the_force_and_the_stiffness(slow: Case) -> None:
-    found = search(slow, made.all_but(*FORCE))
+def test_a_search_tries_other_stiffnesses_beside_each_effect(
+    slow: Case, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    asked = []
+
+    def again(case: Case, candidate: FittedCandidate) -> FittedCandidate:
+        asked.append(candidate.effects)
+        return again_with_other_stiffness(case, candidate)
+
+    monkeypatch.setattr(searching, "again_with_other_stiffness", again)
+    found = searching.search(slow, made.all_but(*FORCE))
+    assert asked == [FORCE]
     (best,) = (each for each in found.refined if each.effects == FORCE)
     assert best.values[STIFFNESS] == pytest.approx(TRUE[STIFFNESS], rel=0.03)
     force = "effects.load_force.force_n"
