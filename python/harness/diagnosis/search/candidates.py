@@ -291,8 +291,8 @@ def again_with_other_stiffness(case: Case, candidate: FittedCandidate) -> Fitted
     if not _is_slow(case):
         return candidate
     problem, effects = case.problem(candidate.effects), candidate.effects
+    rig_size = case.problem().low.size
     while True:
-        rig_size = case.problem().low.size
         filed = np.append(problem.centre()[:rig_size], candidate.x[rig_size:])
         starts = [
             start for about in (candidate.x, filed) for start in stiffness_starts(problem, about)
