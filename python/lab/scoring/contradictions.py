@@ -13,7 +13,7 @@ from ehsid.harness.catalogue.spellings import ParameterKey
 from ehsid.harness.diagnosis.deciding import NEAR_FLOOR, TOLD
 from ehsid.harness.diagnosis.decision.effect_selection import OPEN, in_words
 from ehsid.harness.diagnosis.decision.results import MUCH_REMOVED, WORSE_CALIBRATED
-from ehsid.harness.diagnosis.decision.verdict import agrees_as_configured, is_gained
+from ehsid.harness.diagnosis.decision.verdict import agrees_as_configured, is_gained, largest_noise
 from ehsid.harness.diagnosis.schema import Candidate, DiagnosisFile
 from ehsid.harness.diagnosis.search.maps import QUANTISATION
 
@@ -114,7 +114,9 @@ def contradictions(file: DiagnosisFile) -> tuple[str, ...]:
 
 
 def _agrees(file: DiagnosisFile) -> bool:
-    return agrees_as_configured(file.how_far.nominal, file.how_far.noise_floor[1])
+    found = file.how_far
+    noise = largest_noise(found.calibrated, found.noise_floor)
+    return agrees_as_configured(found.nominal, noise)
 
 
 def _stays(file: DiagnosisFile) -> bool:

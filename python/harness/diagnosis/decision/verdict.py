@@ -110,7 +110,8 @@ def decide(
             )
     by_values = selection.posterior.healthy.price.differ
     moved = [name for name, value in calibration.items() if value.moved]
-    agrees = agrees_as_configured(reduction.nominal, reduction.noise_floor[1])
+    noise = largest_noise(reduction.calibrated, reduction.noise_floor)
+    agrees = agrees_as_configured(reduction.nominal, noise)
     verdict: Verdict = "no_gap"
     differ = bool(moved) and by_values >= 0.5
     if differ or (not agrees and is_gained(reduction.from_nominal.low)):
@@ -125,7 +126,7 @@ def decide(
                 else "No single value differs from the rig file by more than its uncertainty."
             )
     elif agrees:
-        is_near = reduction.nominal <= NEAR_FLOOR * reduction.noise_floor[1]
+        is_near = reduction.nominal <= NEAR_FLOOR * noise
         sentence = f"The simulator {'agrees' if is_near else 'nearly agrees'} with the machine"
         sentence += ", except for the sensor." if step is not None else "."
         if not is_near:
@@ -148,8 +149,19 @@ def _next(case: Case) -> str:
     return "take a record with other motions"
 
 
+def largest_noise(calibrated: float, floor: tuple[float, float]) -> float:
+    """The upper end of the noise floor, but no more than what fitted values leave.
+
+    Where no rest shows the noise, that end is a bound only, and may be as large as the motion.
+    """
+    return min(floor[1], max(floor[0], calibrated))
+
+
 def agrees_as_configured(nominal: float, floor: float) -> bool:
-    """Whether a gap as configured is near the upper end of the noise floor, or small."""
+    """Whether a gap as configured is near the noise floor, or small.
+
+    floor: see `largest_noise`.
+    """
     return nominal <= max(NEAR_FLOOR * floor, NEAR_GAP)
 
 

@@ -12,6 +12,7 @@ from typing import cast
 
 import pytest
 from made_candidates import CASE, FLOOR, MadeCase, candidate, chosen, search_result
+from msgspec.structs import replace
 
 from ehsid.harness.catalogue.parameters import effects as catalogue
 from ehsid.harness.diagnosis.deciding import VALUES
@@ -267,6 +268,19 @@ def test_what_commands_can_cause_that_nobody_logged_is_said(
     assert decision.sentence.split(stays)[1].strip().startswith(told)
     for word in ("Commands", "No further effect"):
         assert (word in decision.sentence) == told.startswith(word)
+
+
+def test_a_bound_of_the_noise_as_large_as_the_motion_is_no_agreement() -> None:
+    """Fitted values that leave less show that the noise is no larger."""
+    wide = replace(_reduction(0.25, 0.008, 0.008), noise_floor=(0.006, 1.2))
+    decision = _decided(search_result(_with_value(HIDDEN, 0.0)), wide, _moved(False))
+    assert decision.verdict == "parameters"
+    assert "take the gap from 25 % to 0.80 %." in decision.sentence
+    # Where as much stays as the bound says, it may be noise.
+    noisy = replace(_reduction(0.25, 0.2, 0.2), noise_floor=(0.006, 1.2))
+    decision = _decided(search_result(_with_value(HIDDEN, 0.0)), noisy, _moved(False))
+    assert decision.verdict == "no_gap"
+    assert decision.sentence.startswith("The simulator agrees with the machine.")
 
 
 # Errors, in noise floors, with which nothing, one cause and another are about as probable.
