@@ -56,8 +56,9 @@ VERDICTS: MappingProxyType[Verdict, VerdictWords] = MappingProxyType(
         "effects": VerdictWords(
             title="Missing effect",
             meaning=(
-                "Other values of the rig alone do not explain the gap. With the effects named here "
-                "the simulator explains it, on data that were not used for the fit."
+                "Other values of the rig alone do not explain the records. How much of the gap the "
+                "effects named here remove, on data that were not used for the fit, is told below; "
+                "what stays unexplained is said above."
             ),
             what_now=(
                 "Add the effects that were found to the simulation: the file rig.augmented.toml has"
