@@ -141,7 +141,7 @@ def calibrate(case: Case, starts: Sequence[FloatArray] = ()) -> FittedCandidate:
 
     From the priors it starts directly, and also after fits in short windows: in windows of half a
     second a cold start can settle on a wrong multiple of the frequency of a limit cycle, in short
-    windows it cannot.
+    windows it cannot. Where the sampling is slow, it starts from several stiffnesses of the oil.
     """
     problem = case.problem()
     if case.engine is not None:  # its state cannot be set in short windows

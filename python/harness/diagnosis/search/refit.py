@@ -13,7 +13,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import partial
 
@@ -100,26 +100,28 @@ def contradicted(found: SearchResult) -> Case | None:
         moves = mean_move_of(as_logged.parameters(effects), held.x) is not None
         if not moves and left(as_logged, held) <= _with_widening(case, ahead):
             return replace(as_logged, held={**as_logged.held, BETWEEN: 0.0})
-        return _mixed(case, effects, (ahead.x, held.x))
-    moving, x = case.with_unlogged_commands(effects, ahead.x), ahead.x
+        return _mixed(case, effects, ahead.x, held.x)
+    moving, fits = case.with_unlogged_commands(effects, ahead.x), [ahead.x]
     if moving is case and case.engine is None and left(case, ahead) > EXPLAINED:
         possible = case.with_unlogged_commands(effects, ahead.x, move=0.5)
         if possible.unlogged:
             again = refine(possible, effects, ahead.x)
-            mixed = _mixed(possible, effects, (ahead.x, again.x))
+            mixed = _mixed(possible, effects, ahead.x, again.x)
             if mixed is not None:
                 return mixed
             if _with_widening(possible, again) < left(case, ahead):
-                moving, x = possible.with_unlogged_commands(effects, again.x), again.x
-    return (_mixed(moving, effects, (ahead.x, x)) or moving) if moving.unlogged else None
+                moving = possible.with_unlogged_commands(effects, again.x)
+                fits.append(again.x)
+    return (_mixed(moving, effects, *fits) or moving) if moving.unlogged else None
 
 
-def _mixed(moving: Case, effects: tuple[str, ...], fits: Sequence[FloatArray]) -> Case | None:
+def _mixed(moving: Case, effects: tuple[str, ...], *fits: FloatArray) -> Case | None:
     """The case whose command is held in some records and moves in others; None if in all alike.
 
     It is None as well where this is what the given case has.
 
-    moving: the case with commands that move. fits: x of fits to both, with the effects.
+    moving: the case with commands that move. fits: x of fits of the effects; of each record the
+    best one counts, once for a held and once for a moving command.
     """
     move, as_logged = moving.held[BETWEEN], moving.as_logged()
 
