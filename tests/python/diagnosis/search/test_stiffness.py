@@ -29,6 +29,8 @@ from ehsid.harness.signals.simulation import draw_noise, simulate
 SLOW_S = 0.05
 TRUE = {**made.OFF, STIFFNESS: 1.6e9, "effects.load_force.force_n": -3000.0}
 FORCE = ("load_force",)
+# Neighbouring trials differ by 4 % in the frequency of the oil spring: 8 % in the stiffness.
+STEP = 0.08
 
 
 def measured(seed: int, dt_s: float) -> Record:
@@ -63,6 +65,16 @@ def x_at(case: Case, stiffness_pa: float) -> np.ndarray:
     )
 
 
+def off(stiffness_pa: float) -> float:
+    """Distance from the true stiffness, ln."""
+    return abs(float(np.log(stiffness_pa / TRUE[STIFFNESS])))
+
+
+def best_cost(case: Case) -> float:
+    """Cost of the fit from the true values."""
+    return refine(case, FORCE, x_at(case, TRUE[STIFFNESS])).cost
+
+
 def test_starts_are_the_lowest_minima_over_the_stiffness(slow: Case) -> None:
     problem = slow.problem(FORCE)
     about = x_at(slow, 0.7e9)
@@ -77,19 +89,18 @@ def test_starts_are_the_lowest_minima_over_the_stiffness(slow: Case) -> None:
         np.testing.assert_array_equal(np.delete(start, place), np.delete(about, place))
     # The true one is among them, to a step of the trials.
     found = [problem.parameters[place].value(float(start[place])) for start in starts]
-    assert min(abs(np.log(each / TRUE[STIFFNESS])) for each in found) < 0.1
+    assert min(map(off, found)) < STEP
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("stiffness_pa", [0.5e9, 0.7e9, 2.2e9])
 def test_a_fit_that_settled_on_a_wrong_stiffness_leaves_it(slow: Case, stiffness_pa: float) -> None:
     settled = refine(slow, FORCE, x_at(slow, stiffness_pa))
-    assert abs(np.log(settled.values[STIFFNESS] / TRUE[STIFFNESS])) > 0.08
+    assert off(settled.values[STIFFNESS]) > STEP
     found = again_with_other_stiffness(slow, settled)
     assert found.effects == FORCE
-    assert found.values[STIFFNESS] == pytest.approx(TRUE[STIFFNESS], rel=0.03)
-    true = refine(slow, FORCE, x_at(slow, TRUE[STIFFNESS]))
-    assert found.cost < true.cost + BEHIND_NATS < settled.cost - 50.0
+    assert off(found.values[STIFFNESS]) < STEP
+    assert found.cost < best_cost(slow) + BEHIND_NATS < settled.cost
     # From there, no other one is better.
     assert again_with_other_stiffness(slow, found) is found
 
@@ -124,9 +135,8 @@ def test_a_search_tries_other_stiffnesses_beside_each_effect(
     found = searching.search(slow, made.all_but(*FORCE))
     assert asked == [FORCE]
     (best,) = (each for each in found.refined if each.effects == FORCE)
-    assert best.values[STIFFNESS] == pytest.approx(TRUE[STIFFNESS], rel=0.03)
-    force = "effects.load_force.force_n"
-    assert best.values[force] == pytest.approx(TRUE[force], rel=0.2)
+    assert off(best.values[STIFFNESS]) < STEP
+    assert best.cost < best_cost(slow) + BEHIND_NATS
 
 
 def test_where_the_sampling_follows_the_oil_spring_nothing_is_tried() -> None:
