@@ -72,7 +72,7 @@ class MadeCase:
             )
         )
 
-    def with_lost_motion(self, _effects: Sequence[str], _x: object) -> MadeCase:
+    def with_unsteady_friction(self, _effects: Sequence[str], _x: object) -> MadeCase:
         """No rod sticks and slips."""
         return self
 

@@ -267,8 +267,8 @@ def posterior(
         sets.append(Hypothesis(kind, points, each.effects, each, leaves, small, price))
     best = max(sets, key=lambda each: each.score)
     # How much is left at all is measured with the whole tolerance, whatever tells the sets apart,
-    # and without what nobody can tell of a rod that sticks and slips.
-    steady = case.with_lost_motion(best.effects, told[best.effects].x)
+    # and without what nobody can tell of a rod with friction.
+    steady = case.with_unsteady_friction(best.effects, told[best.effects].x)
     of_best, of_none = (left(steady, told[each]) for each in (best.effects, ()))
     outside = float(outside_score(best.score, of_best, of_none, case.pressures))
     # An effect that cannot be tried is the less probable, the more another one explains.

@@ -29,7 +29,7 @@ from .problem import Problem
 from .scale import effect_starts
 from .spectrum import BANDS
 from .unlogged import BETWEEN, LONGEST, Whitening
-from .unsteadiness import lost_motion_power
+from .unsteadiness import unsteady_friction_power
 
 # A record is a limit cycle where more than the share MOSTLY_SWINGS of the power of its pressure
 # (without pressures: of its speed) lies above SWING_HZ, which commands do not reach. It is compared
@@ -208,12 +208,12 @@ class Case:
             held={**as_logged.held, BETWEEN: move},
         )._tolerating(power, effects, x)
 
-    def with_lost_motion(self, effects: Sequence[str], x: FloatArray) -> Case:
-        """The case with what no simulator tells of a rod that sticks and slips.
+    def with_unsteady_friction(self, effects: Sequence[str], x: FloatArray) -> Case:
+        """The case with what no simulator tells of a rod with friction tolerated.
 
-        effects, x: the set whose motion it is, and its fit.
+        effects, x: the set whose friction it is, and its fit.
         """
-        return self._tolerating(lost_motion_power, effects, x)
+        return self._tolerating(unsteady_friction_power, effects, x)
 
     def _tolerating(
         self,

@@ -1,16 +1,16 @@
 # SPDX-License-Identifier: MIT
-"""What no simulator tells of a rod that sticks and slips: when it breaks away next.
+"""What no simulator tells of a rod with friction: which friction it has this time.
 
 The friction at which a rod breaks away differs from one time to the next, and no law of friction is
-exact: REPEATS is what is assumed of both together. Where a rod slides and stops once in a while,
-errors follow such a difference in proportion. Where it sticks and slips, each break-away moves the
-next one, and what such a motion leaves is no evidence for a further cause. Simulations y(+), y(-)
-with the sizes of the friction larger and smaller by this share, and y(0) between them, tell both
-apart: what is in proportion is odd, and the rest,
+exact: REPEATS is what is assumed of both together. Simulations y(+), y(-) with the sizes of the
+friction larger and smaller by this share, and y(0) between them, tell the power
 
-    (y(+) + y(-)) / 2 - y(0),
+    (|y(+) - y(0)|^2 + |y(-) - y(0)|^2) / 2
 
-is what is lost.
+of errors that are no evidence for a further cause. Where a rod slides and stops once in a while,
+they are in proportion to the difference, and those of one stroke have nothing to do with those of
+the next, so that no value of the rig can follow them. Where it sticks and slips, each break-away
+moves the next one as well.
 """
 
 from __future__ import annotations
@@ -26,8 +26,8 @@ from ..deciding import REPEATS
 from .problem import Problem
 
 
-def lost_motion_power(problem: Problem, x: FloatArray) -> Mapping[str, FloatArray]:
-    """Power by output and octave, (BANDS,) each, of what is lost; empty without friction.
+def unsteady_friction_power(problem: Problem, x: FloatArray) -> Mapping[str, FloatArray]:
+    """Power by output and octave, (BANDS,) each, of such errors; empty without friction.
 
     problem, x: a fit.
     """
@@ -44,22 +44,24 @@ def lost_motion_power(problem: Problem, x: FloatArray) -> Mapping[str, FloatArra
     for place in places:
         logarithmic = problem.parameters[place].logarithmic
         steps[place] = REPEATS * (1.0 if logarithmic else abs(x[place]))
-    here, larger, smaller = (
+    here, *others = (
         problem.simulate(np.clip(x + sign * steps, problem.low, problem.high))
         for sign in (0.0, 1.0, -1.0)
     )
-    even = problem.transformed(
-        {
-            name: [
-                record.inside(0.5 * (up[name] + down[name]) - middle[name])
-                for record, middle, up, down in zip(
-                    problem.records, here, larger, smaller, strict=True
-                )
-            ]
-            for name in problem.outputs
-        }
-    )
-    return {name: problem.spectrum.powers(coefficients) for name, coefficients in even.items()}
+    powers: dict[str, list[FloatArray]] = {name: [] for name in problem.outputs}
+    for runs in others:
+        changes = problem.transformed(
+            {
+                name: [
+                    record.inside(run[name] - middle[name])
+                    for record, middle, run in zip(problem.records, here, runs, strict=True)
+                ]
+                for name in problem.outputs
+            }
+        )
+        for name, of_runs in powers.items():
+            of_runs.append(problem.spectrum.powers(changes[name]))
+    return {name: np.mean(of_runs, axis=0) for name, of_runs in powers.items()}
 
 
 def _is_friction(effect: str | None) -> bool:
