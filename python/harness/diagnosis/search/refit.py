@@ -13,6 +13,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import partial
@@ -21,9 +22,9 @@ import numpy as np
 
 from ...base.numbers import FloatArray
 from ...base.parallel import run_together
+from ...catalogue.families import law_count
 from ...records import Record
 from ..deciding import EFFECT, EVIDENCE
-from ..model.between_samples import mean_move_of
 from ..model.case import Case
 from ..model.fit import Fit, fit
 from ..model.unlogged import BETWEEN
@@ -37,7 +38,7 @@ from .candidates import (
     refine_finely,
 )
 from .score import left, score_of, share_of_tolerance
-from .search import USUAL_ROUNDS, SearchResult, usual_sizes, with_usual_sizes
+from .search import USUAL_ROUNDS, SearchResult, restrict, usual_sizes, with_usual_sizes
 
 # Sets this far behind the best one are no answer after another fit either, nats: what three
 # effects cost.
@@ -90,17 +91,15 @@ def contradicted(found: SearchResult) -> Case | None:
 
     Of several records, each is asked so by itself: a binary sequence may be held, and a sum of
     sines not. There the mean course tells the move, if it alone leaves less than a command that is
-    held.
+    held. In all of them it is held where that pays, see `_rather_held`.
     """
     case, ahead = found.case, _ahead(found)
     effects = ahead.effects
     if case.unlogged:
-        as_logged = case.as_logged()
-        held = refine_finely(as_logged, effects, ahead.x)
-        moves = mean_move_of(as_logged.parameters(effects), held.x) is not None
-        if not moves and left(as_logged, held) <= _with_widening(case, ahead):
-            return replace(as_logged, held={**as_logged.held, BETWEEN: 0.0})
-        return _mixed(case, effects, ahead.x, held.x)
+        held = _rather_held(case, ahead)
+        if held is not None:
+            return held
+        return _mixed(case, effects, ahead.x, refine_finely(case.as_logged(), effects, ahead.x).x)
     moving, fits = case.with_unlogged_commands(effects, ahead.x), [ahead.x]
     if moving is case and case.engine is None and left(case, ahead) > EXPLAINED:
         possible = case.with_unlogged_commands(effects, ahead.x, move=0.5)
@@ -112,7 +111,38 @@ def contradicted(found: SearchResult) -> Case | None:
             if _with_widening(possible, again) < left(case, ahead):
                 moving = possible.with_unlogged_commands(effects, again.x)
                 fits.append(again.x)
-    return (_mixed(moving, effects, *fits) or moving) if moving.unlogged else None
+    if not moving.unlogged:
+        return None
+    moving = _mixed(moving, effects, *fits) or moving
+    return _rather_held(moving, refine_finely(moving, effects, fits[-1])) or moving
+
+
+def _rather_held(moving: Case, ahead: FittedCandidate) -> Case | None:
+    """The case whose command is held in all records, if that explains more; else None.
+
+    An effect can make up for a command that wrongly moves: half a sample of it is sent too early,
+    and a delay of a quarter of a sample follows. So a held command is asked without some of the
+    effects as well, and each of them counts as in the score:
+
+        EVIDENCE left(held, some) + EFFECT some
+            <= EVIDENCE (left(whitened, all) + 1/2 ln det(I + Z Z') / N) + EFFECT all
+
+    moving: the case with commands that move. ahead: the set that leaves least in it.
+    """
+    as_logged = moving.as_logged()
+    held = replace(as_logged, held={**as_logged.held, BETWEEN: 0.0})
+    rig_size, tasks = moving.problem().low.size, []
+    for count in range(len(ahead.effects) + 1):
+        for some in itertools.combinations(ahead.effects, count):
+            x, filed = restrict(moving, ahead, some), held.problem(some).centre()
+            filed[rig_size:] = x[rig_size:]
+            tasks += [partial(refine_finely, held, some, start) for start in (x, filed)]
+
+    def nats(leaves: float, effects: tuple[str, ...]) -> float:
+        return EVIDENCE * leaves + EFFECT * law_count(effects)
+
+    best = min(nats(left(held, each), each.effects) for each in run_together(tasks))
+    return held if best <= nats(_with_widening(moving, ahead), ahead.effects) else None
 
 
 def _mixed(moving: Case, effects: tuple[str, ...], *fits: FloatArray) -> Case | None:
