@@ -14,6 +14,7 @@
 from __future__ import annotations
 
 import itertools
+import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import partial
@@ -25,6 +26,7 @@ from ...base.parallel import run_together
 from ...catalogue.families import law_count
 from ...records import Record
 from ..deciding import EFFECT, EVIDENCE
+from ..model.between_samples import mean_move_of
 from ..model.case import Case
 from ..model.fit import Fit, fit
 from ..model.unlogged import BETWEEN
@@ -95,8 +97,10 @@ def contradicted(found: SearchResult) -> Case | None:
     """
     case, ahead = found.case, _ahead(found)
     effects = ahead.effects
+    share = share_of_tolerance(case, [found.calibrated, *found.refined])
+    best = max((found.calibrated, *found.refined), key=lambda each: score_of(case, each, share))
     if case.unlogged:
-        held = _rather_held(case, ahead)
+        held = _rather_held(case, best)
         if held is not None:
             return held
         return _mixed(case, effects, ahead.x, refine_finely(case.as_logged(), effects, ahead.x).x)
@@ -114,35 +118,41 @@ def contradicted(found: SearchResult) -> Case | None:
     if not moving.unlogged:
         return None
     moving = _mixed(moving, effects, *fits) or moving
-    return _rather_held(moving, refine_finely(moving, effects, fits[-1])) or moving
+    return _rather_held(moving, refine_finely(moving, best.effects, best.x)) or moving
 
 
-def _rather_held(moving: Case, ahead: FittedCandidate) -> Case | None:
-    """The case whose command is held in all records, if that explains more; else None.
+def _rather_held(moving: Case, best: FittedCandidate) -> Case | None:
+    """The case whose command is held in all records, if that explains as much; else None.
 
-    An effect can make up for a command that wrongly moves: half a sample of it is sent too early,
-    and a delay of a quarter of a sample follows. So a held command is asked without some of the
-    effects as well, and each of them counts as in the score:
+    With the same effects, where a fit that may choose the move ends without one. But an effect can
+    make up for a command that wrongly moves: it is early by a quarter of a sample, and a delay as
+    long follows. So a held command is asked with fewer effects as well, each of which counts as in
+    the score:
 
-        EVIDENCE left(held, some) + EFFECT some
+        EVIDENCE left(held, fewer) + EFFECT fewer
             <= EVIDENCE (left(whitened, all) + 1/2 ln det(I + Z Z') / N) + EFFECT all
 
-    moving: the case with commands that move. ahead: the set that leaves least in it.
+    moving: the case with commands that move. best: the most probable set in it.
     """
-    as_logged = moving.as_logged()
+    as_logged, effects = moving.as_logged(), best.effects
     held = replace(as_logged, held={**as_logged.held, BETWEEN: 0.0})
+    explained = _with_widening(moving, best)
+    free = refine_finely(as_logged, effects, best.x)
+    moves = mean_move_of(as_logged.parameters(effects), free.x) is not None
+    if not moves and left(as_logged, free) <= explained:
+        return held
     rig_size, tasks = moving.problem().low.size, []
-    for count in range(len(ahead.effects) + 1):
-        for some in itertools.combinations(ahead.effects, count):
-            x, filed = restrict(moving, ahead, some), held.problem(some).centre()
+    for count in range(len(effects)):
+        for fewer in itertools.combinations(effects, count):
+            x, filed = restrict(moving, best, fewer), held.problem(fewer).centre()
             filed[rig_size:] = x[rig_size:]
-            tasks += [partial(refine_finely, held, some, start) for start in (x, filed)]
+            tasks += [partial(refine_finely, held, fewer, start) for start in (x, filed)]
 
-    def nats(leaves: float, effects: tuple[str, ...]) -> float:
-        return EVIDENCE * leaves + EFFECT * law_count(effects)
+    def nats(leaves: float, of: tuple[str, ...]) -> float:
+        return EVIDENCE * leaves + EFFECT * law_count(of)
 
-    best = min(nats(left(held, each), each.effects) for each in run_together(tasks))
-    return held if best <= nats(_with_widening(moving, ahead), ahead.effects) else None
+    least = [nats(left(held, each), each.effects) for each in run_together(tasks)]
+    return held if min(least, default=math.inf) <= nats(explained, effects) else None
 
 
 def _mixed(moving: Case, effects: tuple[str, ...], *fits: FloatArray) -> Case | None:

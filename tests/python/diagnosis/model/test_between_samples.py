@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from ehsid.harness.base.numbers import FloatArray
-from ehsid.harness.diagnosis.deciding import LEAST_SHARE
+from ehsid.harness.diagnosis.deciding import EFFECT, EVIDENCE, LEAST_SHARE
 from ehsid.harness.diagnosis.model import case as case_module
 from ehsid.harness.diagnosis.model.between_samples import (
     LEAST_MOVE,
@@ -191,6 +191,52 @@ def test_commands_that_are_held_are_held_whatever_the_search_began_with(
     assert not anew.unlogged
     assert move(anew, calibrate(anew)) == 0.0
     assert anew.with_unlogged_commands((), calibrate(anew).x) is anew
+
+
+DELAY = "transport_delay"
+
+
+def delayed_from(case: Case, delay_s: float) -> FittedCandidate:
+    """A fit of a delay that starts at a size."""
+    x = case.problem((DELAY,)).centre()
+    x[-1] = case.parameters((DELAY,))[-1].place(delay_s)
+    return refine(case, (DELAY,), x)
+
+
+@pytest.mark.parametrize("begun", ["moving", "as logged"])
+def test_a_delay_that_makes_up_for_a_command_that_wrongly_moves_is_seen_through(
+    monkeypatch: pytest.MonkeyPatch, begun: str
+) -> None:
+    """Two commands a sample act earlier by a quarter of a sample, on average, than one does.
+
+    A fit that may choose the move can stay where it began: with the delay, on a saturated valve.
+    """
+    monkeypatch.setattr(refit, "mean_move_of", lambda *_: 0.5)
+    case, _ = calibrated(1)
+    wrong = case.with_unlogged_commands((), case.problem().centre(), move=0.5)
+    delayed = delayed_from(wrong, 0.2 * DT_S)
+    # The speed of the spool can make up for a part of it.
+    assert delayed.values[f"effects.{DELAY}.delay_s"] == pytest.approx(0.25 * DT_S, rel=0.2)
+    sound = calibrate(wrong)
+    # So the delay would be named.
+    assert EVIDENCE * (left(wrong, sound) - left(wrong, delayed)) > EFFECT
+    searched = wrong if begun == "moving" else case
+    anew = refit.contradicted(SearchResult(searched, sound, sound, (delayed,), ()))
+    assert anew is not None
+    assert not anew.unlogged
+    assert left(anew, calibrate(anew)) < 0.35  # as of a command that is held, see above
+
+
+def test_a_true_delay_does_not_pass_for_a_command_that_is_held() -> None:
+    """One of a quarter of a sample would, where the commands are as smooth as here."""
+    values = {f"effects.{DELAY}.delay_s": 0.5 * DT_S}
+    records = [logged(seed, every=2, values=values) for seed in (1, 2)]
+    case = make_case(made.RIG, records[:1], records[1:])
+    moving = case.with_unlogged_commands((), case.problem().centre(), move=0.5)
+    delayed = delayed_from(moving, 0.4 * DT_S)
+    sound = calibrate(moving)
+    found = SearchResult(moving, sound, sound, (delayed,), ())
+    assert refit.contradicted(found) is None
 
 
 @pytest.mark.slow
