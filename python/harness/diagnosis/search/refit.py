@@ -14,7 +14,6 @@
 from __future__ import annotations
 
 import itertools
-import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import partial
@@ -47,7 +46,8 @@ from .search import USUAL_ROUNDS, SearchResult, restrict, usual_sizes, with_usua
 BEHIND = 3.0 * EFFECT
 # A set that leaves no more, ln, explains the records without commands that nobody logged.
 EXPLAINED = 0.5
-# Where the command moves in other records, it is held in one where that leaves so much less, ln.
+# Where the command moves in other records, it is held in one where that leaves so much less, ln. So
+# it is in all of them, with the same effects.
 CLEARLY = 0.1
 # Steps of a fit to all data, which starts from that to a part of them, and of the next one, whose
 # priors pull harder.
@@ -124,10 +124,10 @@ def contradicted(found: SearchResult) -> Case | None:
 def _rather_held(moving: Case, best: FittedCandidate) -> Case | None:
     """The case whose command is held in all records, if that explains as much; else None.
 
-    With the same effects, where a fit that may choose the move ends without one. But an effect can
-    make up for a command that wrongly moves: it is early by a quarter of a sample, and a delay as
-    long follows. So a held command is asked with fewer effects as well, each of which counts as in
-    the score:
+    With the same effects, where a fit that may choose the move ends without one, or where a command
+    that is held leaves clearly less. But an effect can make up for a command that wrongly moves: it
+    is early by a quarter of a sample, and a delay as long follows. So a held command is asked with
+    fewer effects as well, each of which counts as in the score:
 
         EVIDENCE left(held, fewer) + EFFECT fewer
             <= EVIDENCE (left(whitened, all) + 1/2 ln det(I + Z Z') / N) + EFFECT all
@@ -142,7 +142,7 @@ def _rather_held(moving: Case, best: FittedCandidate) -> Case | None:
     if not moves and left(as_logged, free) <= explained:
         return held
     rig_size, tasks = moving.problem().low.size, []
-    for count in range(len(effects)):
+    for count in range(len(effects) + 1):
         for fewer in itertools.combinations(effects, count):
             x, filed = restrict(moving, best, fewer), held.problem(fewer).centre()
             filed[rig_size:] = x[rig_size:]
@@ -151,8 +151,11 @@ def _rather_held(moving: Case, best: FittedCandidate) -> Case | None:
     def nats(leaves: float, of: tuple[str, ...]) -> float:
         return EVIDENCE * leaves + EFFECT * law_count(of)
 
-    least = [nats(left(held, each), each.effects) for each in run_together(tasks)]
-    return held if min(least, default=math.inf) <= nats(explained, effects) else None
+    least = min(
+        nats(left(held, each) + CLEARLY * (each.effects == effects), each.effects)
+        for each in run_together(tasks)
+    )
+    return held if least <= nats(explained, effects) else None
 
 
 def _mixed(moving: Case, effects: tuple[str, ...], *fits: FloatArray) -> Case | None:
