@@ -117,7 +117,9 @@ def start_command(
         plate = _plate_words(given, units)
         lines.append(["rig", "new", *plate, "--name", out.absolute().name, "--out", os.fspath(rig)])
     else:
-        note(f"the rig file {rig} is taken as it is")
+        unused = ", ".join(f"--{name}" for name, text in given.items() if text is not None)
+        end = f"; not used: {unused}. Edit this file, or name another --out" if unused else ""
+        note(f"the rig file {rig} is taken as it is{end}")
     used = list(map(os.fspath, records))
     lines.append(["rig", "check", os.fspath(rig), *used])
     diagnosis = os.fspath(out / DIAGNOSIS)

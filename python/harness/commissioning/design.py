@@ -189,17 +189,21 @@ def design(paths: Sequence[Path], *, speed: float = 0.5, cycle_s: float = 1e-3) 
             "rig.augmented.toml"
         )
     if servo is not None:
-        _add_servo(result, servo)
-    gains = _gains(result, servo, placed=False)
-    placed = _gains(result, servo, placed=True)
+        _add_servo(result, servo, known.command_unit)
+    unit = known.command_unit
+    gains = _gains(result, servo, unit, placed=False)
+    placed = _gains(result, servo, unit, placed=True)
     if gains is not None and drive is not None:
         meaning = "straight line of the command about null"
         result.add("ramp_velocity", _ramp(known, drive, gains), "m/s", meaning, OWN)
     return Design(known, valve, drive, servo, gains, placed, result)
 
 
-def _gains(result: Commissioning, servo: Servo | None, *, placed: bool) -> Gains | None:
-    """Designs one loop; adds its constants, or the reason why it is refused."""
+def _gains(result: Commissioning, servo: Servo | None, unit: str, *, placed: bool) -> Gains | None:
+    """Designs one loop; adds its constants, or the reason why it is refused.
+
+    unit: of the command.
+    """
     what = "pole placement" if placed else "P with velocity feed-forward"
     if servo is None:
         result.refused[what] = "K, omega_n and xi are not known: name an estimate.json, too"
@@ -212,12 +216,24 @@ def _gains(result: Commissioning, servo: Servo | None, *, placed: bool) -> Gains
     add = result.add
     add(f"{p}_pole", gains.pole, "1/s", "position errors decay as exp(-pole t)", source)
     add(f"{p}_pole_fastest", gains.fastest, "1/s", "the pole at speed 1", MARGIN)
-    add(f"{p}_gain_position", gains.position, "V/m", "of the position error", source)
-    add(f"{p}_feed_forward", gains.feed_forward, "V s/m", "of the reference's velocity", source)
+    add(f"{p}_gain_position", gains.position, f"{unit}/m", "of the position error", source)
+    add(
+        f"{p}_feed_forward",
+        gains.feed_forward,
+        f"{unit} s/m",
+        "of the reference's velocity",
+        source,
+    )
     if gains.damping is not None:
-        add(f"{p}_gain_velocity", gains.velocity, "V s/m", "subtracted, of the velocity", source)
+        add(
+            f"{p}_gain_velocity",
+            gains.velocity,
+            f"{unit} s/m",
+            "subtracted, of the velocity",
+            source,
+        )
         meaning = "subtracted, of the acceleration"
-        add(f"{p}_gain_acceleration", gains.acceleration, "V s^2/m", meaning, source)
+        add(f"{p}_gain_acceleration", gains.acceleration, f"{unit} s^2/m", meaning, source)
         add(f"{p}_damping", gains.damping, "1", "of the pair of the oil spring", source)
     for where, one in (("worst", gains.worst), ("middle", gains.middle)):
         of = f"{where} of the interval"
@@ -286,9 +302,9 @@ def _add_drive(result: Commissioning, drive: Drive) -> None:
     add("breakaway_opening", drive.breakaway, "1", "feeds the leakage until the rod slides", SPEED)
 
 
-def _add_servo(result: Commissioning, servo: Servo) -> None:
+def _add_servo(result: Commissioning, servo: Servo, unit: str) -> None:
     add = result.add
-    add("gain", servo.gain, "m/(s V)", "K, velocity for a command", SERVO)
+    add("gain", servo.gain, f"m/(s {unit})", "K, velocity for a command", SERVO)
     add("omega_n", servo.omega_n, "rad/s", "natural frequency of the oil spring", SERVO)
     add("xi", servo.xi, "1", "damping of the oil spring", SERVO)
     if servo.valve_rad_s is not None:

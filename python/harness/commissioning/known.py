@@ -7,9 +7,11 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
+from typing import Any
 
 import msgspec
 
+from ..catalogue.channels import COMMAND
 from ..catalogue.spellings import ParameterKey
 from ..diagnosis.schema import DiagnosisFile, Estimate, read_diagnosis_file
 from ..rigs import Rig, read_rig
@@ -42,7 +44,9 @@ class Known:
     found: Mapping[str, Estimate] = field(default_factory=dict)
     """Values with an interval from the records, by full name."""
     servo: tuple[Estimate, Estimate, Estimate] | None = None
-    """K in m/(s V), omega_n in rad/s and xi of an estimate."""
+    """K in m/s per `command_unit`, omega_n in rad/s and xi of an estimate."""
+    command_unit: str = "V"
+    """Unit of the command of the estimate, as in its log."""
     servo_delay: int = 0
     """Delay of the estimate, in samples."""
     notes: tuple[str, ...] = ()
@@ -87,7 +91,13 @@ def read_known(paths: Sequence[Path]) -> Known:
         return (machines or servos)[0]
     (machine,), (servo,) = machines, servos
     origin = f"{machine.origin}, {servo.origin}"
-    return replace(machine, origin=origin, servo=servo.servo, servo_delay=servo.servo_delay)
+    return replace(
+        machine,
+        origin=origin,
+        servo=servo.servo,
+        command_unit=servo.command_unit,
+        servo_delay=servo.servo_delay,
+    )
 
 
 def _read(path: Path) -> Known:
@@ -150,9 +160,20 @@ def _disputed(file: DiagnosisFile) -> list[str]:
     return disputed
 
 
+def _unit_of_command(reading: Mapping[str, Any]) -> str:
+    """The unit that a command keeps from its log, as `Record.own_unit`; V without one."""
+    kept = (
+        one["unit"]
+        for one in reading.get("columns", ())
+        if one["channel"] == COMMAND and one["factor"] == 1.0
+    )
+    return next(kept, None) or "V"
+
+
 def _of_estimate(path: Path) -> Known:
     try:
-        servo = msgspec.json.decode(path.read_bytes())["servo"]
+        file = msgspec.json.decode(path.read_bytes())
+        servo = file["servo"]
         sizes = []
         for name in ("gain", "omega_n", "xi"):
             one = servo[name]
@@ -165,7 +186,12 @@ def _of_estimate(path: Path) -> Known:
             sizes.append(Estimate(one["value"], *one["ci90"]))
         gain, omega_n, xi = sizes
         return Known(
-            path.absolute().parent.name, path.name, None, {}, (gain, omega_n, xi), servo["delay"]
+            path.absolute().parent.name,
+            path.name,
+            None,
+            servo=(gain, omega_n, xi),
+            command_unit=_unit_of_command(file.get("reading", {})),
+            servo_delay=servo["delay"],
         )
     except (msgspec.DecodeError, KeyError, TypeError):
         raise ValueError(

@@ -178,6 +178,14 @@ class Record:
             )
         return self.columns[name]
 
+    def own_unit(self, name: str) -> str | None:
+        """Returns the unit of a column that keeps the numbers of its log, such as "percent"; else
+        None: it has the unit of the schema.
+        """
+        taken = () if self.origin is None else self.origin.taken
+        kept = (one.unit for one in taken if one.channel == name and one.factor == 1.0)
+        return next(kept, None)
+
 
 def make_record(
     columns: Mapping[str, npt.ArrayLike],

@@ -29,7 +29,7 @@ VERDICTS: MappingProxyType[Verdict, VerdictWords] = MappingProxyType(
             title="No gap",
             meaning=(
                 "The simulator as configured is near the noise of the sensors, or no fit makes it "
-                "clearly better. No effect is named; what stays unexplained is said above."
+                "clearly better. No effect is named."
             ),
             what_now=(
                 "Nothing has to be changed: use the simulation as it is, for motions like those in "
@@ -43,8 +43,7 @@ VERDICTS: MappingProxyType[Verdict, VerdictWords] = MappingProxyType(
             title="Values of the rig",
             meaning=(
                 "Fitted values bring the simulator closer to the machine, without an effect: "
-                "numbers in the rig file, or what no data sheet states. What stays unexplained is "
-                "said above."
+                "numbers in the rig file, or what no data sheet states."
             ),
             what_now=(
                 "Take over the fitted values, which rig.augmented.toml has. Then confirm them with "
@@ -57,8 +56,7 @@ VERDICTS: MappingProxyType[Verdict, VerdictWords] = MappingProxyType(
             title="Missing effect",
             meaning=(
                 "Other values of the rig alone do not explain the records. How much of the gap the "
-                "effects named here remove, on data that were not used for the fit, is told below; "
-                "what stays unexplained is said above."
+                "effects named here remove, on data that were not used for the fit, is told below."
             ),
             what_now=(
                 "Add the effects that were found to the simulation: the file rig.augmented.toml has"

@@ -65,7 +65,8 @@ def which_section(diagnosis: Diagnosis) -> Section:
             blocks.append(Folded(f"{rest} more", [table]))
         blocks.append(
             Note(
-                "Every set was fitted together with all values of the rig, with the same budget. "
+                "Every set was fitted together with all values of the rig. All short fits had the "
+                "same budget, and so had all long ones. "
                 f"{candidate_notes(diagnosis.candidates)} "
                 '"Gap removed" is the share of the gap above the noise floor that remained after '
                 "the rig's values were fitted. Marked sets are those the data cannot tell from the "

@@ -67,6 +67,15 @@ def test_a_corrected_rig_file_is_taken_as_it_is(fake: FakeDiagnose) -> None:
     assert code == 0, said
     assert fake.asked.rig.values["cylinder.bore_m"] == 0.064
     assert "ehsid rig new" not in said
+    assert "not used" not in said
+
+
+def test_a_name_plate_beside_a_rig_file_is_told_to_be_unused(fake: FakeDiagnose) -> None:
+    assert run("run1.csv", *PLATE)[0] == 0
+    code, said = run("run1.csv", "--bore", "80 mm", "--supply", "210 bar")
+    assert code == 0, said
+    assert "not used: --bore, --supply. Edit this file" in " ".join(said.split())
+    assert fake.asked.rig.values["cylinder.bore_m"] == 0.063
 
 
 def test_on_a_terminal_the_five_values_are_asked_for(

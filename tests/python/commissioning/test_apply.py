@@ -26,6 +26,7 @@ from ehsid.harness.diagnosis.schema import (
     Which,
     file_text,
 )
+from ehsid.harness.records.record import Origin, Taken
 from ehsid.harness.rigs import read_rig, write_rig
 from ehsid.harness.signals.simulation import simulate_closed_loop, suggested_controller
 
@@ -141,6 +142,19 @@ def test_an_estimate_alone_gives_gains_and_no_tables(tmp_path: Path) -> None:
     }
     names = [one["name"] for one in told["constants"]]
     assert {"p_pole", "placed_gain_acceleration", "p_phase_margin_worst"} <= set(names)
+
+
+def test_gains_are_in_the_unit_of_the_command_of_the_estimate(tmp_path: Path) -> None:
+    """A log with its command in per cent has K in m/s per per cent."""
+    taken = Taken("command_v", "Command [%]", "percent", 1.0, 0.0, "its name")
+    reading = Origin("text", (taken,), ()).to_dict()
+    path = tmp_path / "estimate.json"
+    path.write_text(json.dumps({"servo": {**SERVO, "delay": 2}, "reading": reading}))
+    code, shown = run(path, "--json")
+    assert code == 0
+    units = {one["name"]: one["unit"] for one in json.loads(shown)["constants"]}
+    assert units["p_gain_position"] == units["placed_gain_position"] == "percent/m"
+    assert units["p_feed_forward"] == "percent s/m"
 
 
 VERDICT = {"outside_catalogue": "take the next experiment", "insufficient_data": "did not carry"}

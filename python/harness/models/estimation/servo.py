@@ -179,7 +179,7 @@ def _path(data: IoData, dt_s: float, delay: int, dtype: str) -> ServoPath:
     estimator, runs = _run(data, data.segments, dt_s, delay, dtype)
     names = (data.output_name, data.input_name)
     units = [CHANNELS[name].unit if name in CHANNELS else printable(name) for name in names]
-    rate = f"{units[0]}/s per {units[1]}"
+    rate = f"{units[0]}/s per {data.input_unit or units[1]}"
 
     def value(name: str, unit: str, series: list[ehsid.TrackedSeries]) -> ServoValue:
         trusted = np.concatenate([one.trusted for one in series])

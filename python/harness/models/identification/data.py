@@ -66,6 +66,8 @@ class IoData:
     input_name: str = "u"
     output_name: str = "y"
     """Names of the signals in messages and tables."""
+    input_unit: str | None = None
+    """Unit of the input, where it is not that of the schema: a command in per cent or mA."""
 
     def __post_init__(self) -> None:
         for name, values in ((self.input_name, self.u), (self.output_name, self.y)):
@@ -125,6 +127,7 @@ class IoData:
             record.dt_s,
             input_name,
             output_name,
+            record.own_unit(input_name),
         )
 
     @property

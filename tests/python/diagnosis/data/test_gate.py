@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from sources import ROOT
 
-from ehsid.harness.diagnosis.data import gate_signs
+from ehsid.harness.diagnosis.data import gate_ranges, gate_signs
 from ehsid.harness.diagnosis.data.gate import gate, longest_stretch, spikes, stretch, usable_part
 from ehsid.harness.diagnosis.data.gate_signs import correlation
 from ehsid.harness.diagnosis.data.repeats import oil_spring_hz
@@ -532,3 +532,12 @@ def test_a_pump_that_is_off_in_the_whole_record_is_refused() -> None:
     remarks = gate([make_record(_pumped(0.02, 0.0, 8.0), name="one")], RIG)
     assert [remark.serious for remark in remarks] == [True]
     assert "the pump was off in the whole record" in remarks[0].what
+
+
+@pytest.mark.parametrize(
+    ("value", "cut"), [(1.98, 1.9), (1.9, 1.9), (0.0999, 0.099), (24.0, 24.0), (137.0, 130.0)]
+)
+def test_an_advised_sampling_time_is_never_longer_than_what_is_needed(
+    value: float, cut: float
+) -> None:
+    assert gate_ranges._cut(value) == pytest.approx(cut)

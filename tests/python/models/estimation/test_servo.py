@@ -4,13 +4,16 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 import ehsid
 from ehsid.harness.base.numbers import FloatArray
-from ehsid.harness.models.estimation.servo import ServoValue
+from ehsid.harness.models.estimation.servo import ServoValue, estimate_servo
+from ehsid.harness.models.identification.data import IoData
+from ehsid.harness.records import read_record
 
 GAIN, OMEGA_N, XI, DT_S, COUNT = 0.03, 40.0, 0.4, 0.01, 4000
 
@@ -39,6 +42,21 @@ def servo_run(
             v += DT_S / 20 * a
             x += DT_S / 20 * v
     return command, position
+
+
+def test_a_command_in_per_cent_has_a_gain_per_per_cent(tmp_path: Path) -> None:
+    command, position = servo_run()
+    columns = zip(DT_S * np.arange(COUNT), 10.0 * command, 1e3 * position, strict=True)
+    lines = ["Time [s],Command [%],Position [mm]", *(",".join(map(str, row)) for row in columns)]
+    log = tmp_path / "log.csv"
+    log.write_text("\n".join(lines))
+    data = IoData.from_record(read_record(log), "command_v", "position_m")
+    path = estimate_servo(data, 1)
+    assert path is not None
+    gain = next(iter(path))
+    assert gain.unit == "m/s per percent"
+    told = gain.to_dict()
+    assert told["ci90"][0] < 0.1 * GAIN < told["ci90"][1]
 
 
 @pytest.mark.slow
