@@ -179,7 +179,8 @@ class Record:
         return self.columns[name]
 
     def own_unit(self, name: str) -> str | None:
-        """Returns the unit of a column that keeps the numbers of its log, such as "percent"; else
+        """Returns the unit of a column that keeps the numbers of its log, such as "percent".
+
         None: it has the unit of the schema.
         """
         taken = () if self.origin is None else self.origin.taken
