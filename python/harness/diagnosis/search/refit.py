@@ -14,6 +14,7 @@
 from __future__ import annotations
 
 import itertools
+import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import partial
@@ -25,7 +26,7 @@ from ...base.parallel import run_together
 from ...catalogue.families import law_count
 from ...records import Record
 from ..deciding import EFFECT, EVIDENCE
-from ..model.between_samples import mean_move_of
+from ..model.between_samples import LEAST_MOVE
 from ..model.case import Case
 from ..model.fit import Fit, fit
 from ..model.unlogged import BETWEEN
@@ -47,8 +48,8 @@ BEHIND = 3.0 * EFFECT
 # A set that leaves no more, ln, explains the records without commands that nobody logged.
 EXPLAINED = 0.5
 # Where the command moves in other records, it is held in one where that leaves so much less, ln. So
-# it is in all of them, with the same effects.
-CLEARLY = 0.1
+# it is in all of them, with the same effects, where the fitted move is nearer to none than to 1/2.
+CLEARLY, NEARER = 0.1, 0.25
 # Steps of a fit to all data, which starts from that to a part of them, and of the next one, whose
 # priors pull harder.
 ITERATIONS_TOGETHER, ITERATIONS_HELD = 6, 10
@@ -124,10 +125,10 @@ def contradicted(found: SearchResult) -> Case | None:
 def _rather_held(moving: Case, best: FittedCandidate) -> Case | None:
     """The case whose command is held in all records, if that explains as much; else None.
 
-    With the same effects, where a fit that may choose the move ends without one, or where a command
-    that is held leaves clearly less. But an effect can make up for a command that wrongly moves: it
-    is early by a quarter of a sample, and a delay as long follows. So a held command is asked with
-    fewer effects as well, each of which counts as in the score:
+    With the same effects, where a fit that may choose the move ends without one, or near it and a
+    command that is held leaves clearly less. But an effect can make up for a command that wrongly
+    moves: it is early by a quarter of a sample, and a delay as long follows. So a held command is
+    asked with fewer effects as well, each of which counts as in the score:
 
         EVIDENCE left(held, fewer) + EFFECT fewer
             <= EVIDENCE (left(whitened, all) + 1/2 ln det(I + Z Z') / N) + EFFECT all
@@ -138,11 +139,11 @@ def _rather_held(moving: Case, best: FittedCandidate) -> Case | None:
     held = replace(as_logged, held={**as_logged.held, BETWEEN: 0.0})
     explained = _with_widening(moving, best)
     free = refine_finely(as_logged, effects, best.x)
-    moves = mean_move_of(as_logged.parameters(effects), free.x) is not None
-    if not moves and left(as_logged, free) <= explained:
+    move = _fitted_move(as_logged, free)
+    if move < LEAST_MOVE and left(as_logged, free) <= explained:
         return held
     rig_size, tasks = moving.problem().low.size, []
-    for count in range(len(effects) + 1):
+    for count in range(len(effects) + (move < NEARER)):
         for fewer in itertools.combinations(effects, count):
             x, filed = restrict(moving, best, fewer), held.problem(fewer).centre()
             filed[rig_size:] = x[rig_size:]
@@ -152,10 +153,19 @@ def _rather_held(moving: Case, best: FittedCandidate) -> Case | None:
         return EVIDENCE * leaves + EFFECT * law_count(of)
 
     least = min(
-        nats(left(held, each) + CLEARLY * (each.effects == effects), each.effects)
-        for each in run_together(tasks)
+        (
+            nats(left(held, each) + CLEARLY * (each.effects == effects), each.effects)
+            for each in run_together(tasks)
+        ),
+        default=math.inf,
     )
     return held if least <= nats(explained, effects) else None
+
+
+def _fitted_move(case: Case, fitted: FittedCandidate) -> float:
+    """The move b of the command between the samples in a fit, 0 to 1."""
+    names = [each.name for each in case.parameters(fitted.effects)]
+    return float(fitted.x[names.index(BETWEEN)])
 
 
 def _mixed(moving: Case, effects: tuple[str, ...], *fits: FloatArray) -> Case | None:
