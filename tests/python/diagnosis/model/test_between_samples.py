@@ -209,7 +209,7 @@ def test_a_delay_that_makes_up_for_a_command_that_wrongly_moves_is_seen_through(
 ) -> None:
     """Two commands a sample act earlier by a quarter of a sample, on average, than one does.
 
-    A fit that may choose the move can stay where it began: with the delay, on a saturated valve.
+    A fit that may choose the move can stay where it began, as on a machine with a saturated valve.
     """
     monkeypatch.setattr(refit, "_fitted_move", lambda *_: 0.5)
     case, _ = calibrated(1)
@@ -228,7 +228,7 @@ def test_a_delay_that_makes_up_for_a_command_that_wrongly_moves_is_seen_through(
 
 
 def test_a_true_delay_does_not_pass_for_a_command_that_is_held() -> None:
-    """One of a quarter of a sample would, where the commands are as smooth as here."""
+    """It is half a sample long. A quarter would pass, because the commands are smooth here."""
     values = {f"effects.{DELAY}.delay_s": 0.5 * DT_S}
     records = [logged(seed, every=2, values=values) for seed in (1, 2)]
     case = make_case(made.RIG, records[:1], records[1:])
