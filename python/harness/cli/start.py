@@ -30,7 +30,7 @@ from .options import Maps, SamplingTime
 from .rig_new import _asked, _on_a_terminal
 
 if TYPE_CHECKING:
-    from ..records import Record
+    pass
 
 # The values of a name plate that have no typical value; mass and drop are better than guessed.
 PLATE = tuple(question for question in EHS if question.essential)
@@ -111,7 +111,7 @@ def start_command(
                 out.rmdir()
             raise
         print_record(made, record, Console())
-        units.add(unit_of_command(made))
+        units.add(made.own_unit(COMMAND) or "V")
     first = len(lines)
     if new:
         plate = _plate_words(given, units)
@@ -133,12 +133,6 @@ def start_command(
     report = (out / DIAGNOSIS / "report.html").absolute()
     if show and _on_a_terminal():
         typer.launch(report.as_uri())
-
-
-def unit_of_command(record: Record) -> str:
-    """Returns the unit that the command of a record has in its log: V, mA or percent."""
-    taken = () if record.origin is None else record.origin.taken
-    return next((one.unit for one in taken if one.channel == COMMAND and one.unit), "V")
 
 
 def _check(given: Mapping[str, str | None]) -> None:

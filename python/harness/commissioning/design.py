@@ -188,9 +188,9 @@ def design(paths: Sequence[Path], *, speed: float = 0.5, cycle_s: float = 1e-3) 
             "a simulator of yours does not tell areas and pressures: what was found stands in "
             "rig.augmented.toml"
         )
-    if servo is not None:
-        _add_servo(result, servo, known.command_unit)
     unit = known.command_unit
+    if servo is not None:
+        _add_servo(result, servo, unit)
     gains = _gains(result, servo, unit, placed=False)
     placed = _gains(result, servo, unit, placed=True)
     if gains is not None and drive is not None:
@@ -213,25 +213,14 @@ def _gains(result: Commissioning, servo: Servo | None, unit: str, *, placed: boo
         result.refused[what] = gains
         return None
     p, source = ("placed", INVERSE) if placed else ("p", LOOP)
-    add = result.add
+    add, of_velocity = result.add, f"{unit} s/m"
     add(f"{p}_pole", gains.pole, "1/s", "position errors decay as exp(-pole t)", source)
     add(f"{p}_pole_fastest", gains.fastest, "1/s", "the pole at speed 1", MARGIN)
     add(f"{p}_gain_position", gains.position, f"{unit}/m", "of the position error", source)
-    add(
-        f"{p}_feed_forward",
-        gains.feed_forward,
-        f"{unit} s/m",
-        "of the reference's velocity",
-        source,
-    )
+    add(f"{p}_feed_forward", gains.feed_forward, of_velocity, "of the reference's velocity", source)
     if gains.damping is not None:
-        add(
-            f"{p}_gain_velocity",
-            gains.velocity,
-            f"{unit} s/m",
-            "subtracted, of the velocity",
-            source,
-        )
+        meaning = "subtracted, of the velocity"
+        add(f"{p}_gain_velocity", gains.velocity, of_velocity, meaning, source)
         meaning = "subtracted, of the acceleration"
         add(f"{p}_gain_acceleration", gains.acceleration, f"{unit} s^2/m", meaning, source)
         add(f"{p}_damping", gains.damping, "1", "of the pair of the oil spring", source)

@@ -371,7 +371,7 @@ def longer(record: Record, samples: float) -> str:
     return f"{pieces_in_words(record)}: {mend_of_gaps(record)}"
 
 
-def _cut(value: float) -> float:
+def _rounded_down(value: float) -> float:
     """Returns a value > 0 with two digits, and not larger: 1.9 for 1.98."""
     unit = 10.0 ** (math.floor(math.log10(value)) - 1)
     return math.floor(value / unit + 1e-9) * unit
@@ -386,7 +386,7 @@ def check_sampling(record: Record, rig: Rig) -> Iterator[Remark]:
             record.name,
             f"sampled every {1e3 * record.dt_s:.4g} ms, too rarely for the oil spring of some "
             f"{spring_hz:.3g} Hz: oil, lags and delays can hardly be distinguished; sample "
-            f"every {_cut(1e3 / (SAMPLES_A_PERIOD * spring_hz)):.2g} ms",
+            f"every {_rounded_down(1e3 / (SAMPLES_A_PERIOD * spring_hz)):.2g} ms",
         )
     unresolved = [
         name

@@ -63,12 +63,18 @@ RUNS = 2
 SEED = 20
 
 
+def fitted_move(parameters: Sequence[Parameter], x: FloatArray) -> float:
+    """The move b, 0 to 1, where a fit ended at x."""
+    places = zip(parameters, x, strict=False)
+    return next((float(place) for one, place in places if one.name == BETWEEN), 0.0)
+
+
 def mean_move_of(parameters: Sequence[Parameter], x: FloatArray) -> float | None:
     """The move b that counts where a fit ended at x; None where the command is held."""
-    for parameter, place in zip(parameters, x, strict=False):
-        if parameter.name == BETWEEN and place >= LEAST_MOVE:
-            return float(place) if place > SEVERAL else 0.5
-    return None
+    move = fitted_move(parameters, x)
+    if move < LEAST_MOVE:
+        return None
+    return move if move > SEVERAL else 0.5
 
 
 def course(record: Compared, move: float) -> FloatArray:

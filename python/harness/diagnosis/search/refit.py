@@ -14,7 +14,6 @@
 from __future__ import annotations
 
 import itertools
-import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import partial
@@ -26,7 +25,7 @@ from ...base.parallel import run_together
 from ...catalogue.families import law_count
 from ...records import Record
 from ..deciding import EFFECT, EVIDENCE
-from ..model.between_samples import LEAST_MOVE
+from ..model.between_samples import LEAST_MOVE, fitted_move
 from ..model.case import Case
 from ..model.fit import Fit, fit
 from ..model.unlogged import BETWEEN
@@ -48,8 +47,9 @@ BEHIND = 3.0 * EFFECT
 # A set that leaves no more, ln, explains the records without commands that nobody logged.
 EXPLAINED = 0.5
 # Where the command moves in other records, it is held in one where that leaves so much less, ln. So
-# it is in all of them, with the same effects, where the fitted move is nearer to none than to 1/2.
-CLEARLY, NEARER = 0.1, 0.25
+# it is in all of them, with the same effects, if the fitted move is nearer to 0, a held command,
+# than to 1/2, two commands a sample.
+CLEARLY, NEAR_HELD = 0.1, 0.25
 # Steps of a fit to all data, which starts from that to a part of them, and of the next one, whose
 # priors pull harder.
 ITERATIONS_TOGETHER, ITERATIONS_HELD = 6, 10
@@ -125,10 +125,11 @@ def contradicted(found: SearchResult) -> Case | None:
 def _rather_held(moving: Case, best: FittedCandidate) -> Case | None:
     """The case whose command is held in all records, if that explains as much; else None.
 
-    With the same effects, where a fit that may choose the move ends without one, or near it and a
-    command that is held leaves clearly less. But an effect can make up for a command that wrongly
-    moves: it is early by a quarter of a sample, and a delay as long follows. So a held command is
-    asked with fewer effects as well, each of which counts as in the score:
+    With the same effects, it is held where a fit that may choose the move ends without one, or near
+    to that while a held command leaves clearly less. But an effect can make up for a command that
+    wrongly moves: such a command is early by a quarter of a sample, and a delay of that length
+    makes up for it. So a held command is tried with fewer effects as well, each of which counts as
+    in the score:
 
         EVIDENCE left(held, fewer) + EFFECT fewer
             <= EVIDENCE (left(whitened, all) + 1/2 ln det(I + Z Z') / N) + EFFECT all
@@ -139,33 +140,25 @@ def _rather_held(moving: Case, best: FittedCandidate) -> Case | None:
     held = replace(as_logged, held={**as_logged.held, BETWEEN: 0.0})
     explained = _with_widening(moving, best)
     free = refine_finely(as_logged, effects, best.x)
-    move = _fitted_move(as_logged, free)
+    move = fitted_move(as_logged.parameters(effects), free.x)
     if move < LEAST_MOVE and left(as_logged, free) <= explained:
         return held
     rig_size, tasks = moving.problem().low.size, []
-    for count in range(len(effects) + (move < NEARER)):
+    for count in range(len(effects) + (move < NEAR_HELD)):
         for fewer in itertools.combinations(effects, count):
             x, filed = restrict(moving, best, fewer), held.problem(fewer).centre()
             filed[rig_size:] = x[rig_size:]
             tasks += [partial(refine_finely, held, fewer, start) for start in (x, filed)]
 
-    def nats(leaves: float, of: tuple[str, ...]) -> float:
-        return EVIDENCE * leaves + EFFECT * law_count(of)
+    def nats(leaves: float, named: tuple[str, ...]) -> float:
+        return EVIDENCE * leaves + EFFECT * law_count(named)
 
-    least = min(
-        (
-            nats(left(held, each) + CLEARLY * (each.effects == effects), each.effects)
-            for each in run_together(tasks)
-        ),
-        default=math.inf,
-    )
-    return held if least <= nats(explained, effects) else None
-
-
-def _fitted_move(case: Case, fitted: FittedCandidate) -> float:
-    """The move b of the command between the samples in a fit, 0 to 1."""
-    names = [each.name for each in case.parameters(fitted.effects)]
-    return float(fitted.x[names.index(BETWEEN)])
+    most = nats(explained, effects)
+    for each in run_together(tasks):
+        margin = CLEARLY if each.effects == effects else 0.0
+        if nats(left(held, each) + margin, each.effects) <= most:
+            return held
+    return None
 
 
 def _mixed(moving: Case, effects: tuple[str, ...], *fits: FloatArray) -> Case | None:

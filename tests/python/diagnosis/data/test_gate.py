@@ -535,9 +535,9 @@ def test_a_pump_that_is_off_in_the_whole_record_is_refused() -> None:
 
 
 @pytest.mark.parametrize(
-    ("value", "cut"), [(1.98, 1.9), (1.9, 1.9), (0.0999, 0.099), (24.0, 24.0), (137.0, 130.0)]
+    ("value", "down"), [(1.98, 1.9), (1.9, 1.9), (0.0999, 0.099), (24.0, 24.0), (137.0, 130.0)]
 )
 def test_an_advised_sampling_time_is_never_longer_than_what_is_needed(
-    value: float, cut: float
+    value: float, down: float
 ) -> None:
-    assert gate_ranges._cut(value) == pytest.approx(cut)
+    assert gate_ranges._rounded_down(value) == pytest.approx(down)

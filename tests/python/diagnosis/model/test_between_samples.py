@@ -211,7 +211,7 @@ def test_a_delay_that_makes_up_for_a_command_that_wrongly_moves_is_seen_through(
 
     A fit that may choose the move can stay where it began, as on a machine with a saturated valve.
     """
-    monkeypatch.setattr(refit, "_fitted_move", lambda *_: 0.5)
+    monkeypatch.setattr(refit, "fitted_move", lambda *_: 0.5)
     case, _ = calibrated(1)
     wrong = case.with_unlogged_commands((), case.problem().centre(), move=0.5)
     delayed = delayed_from(wrong, 0.2 * DT_S)
